@@ -42,7 +42,7 @@ struct ComplexBlock {
 /// (U, V) = (e^{i theta}, e^{i phi}): the periodic parameterization. T first turns by r quarter turns,
 ///   turn_1(U, V) = (V, conj U),   turn_2 = (conj U, conj V),   turn_3(U, V) = (conj V, U),
 /// then multiplies: x_i = (a U', b V') with a = e^{-i delta}, b = e^{-i delta_perp} along the edge
-/// i -> j. The adjoint of (r = 1; a, b) is (r = 3; conj b, a).
+/// i -> j. Adjoints: (0; conj a, conj b), (3; b, conj a), (2; a, b), (1; conj b, a) for r = 0, 1, 2, 3.
 struct PairValue {
   Complex u{1.0F, 0.0F};
   Complex v{1.0F, 0.0F};
