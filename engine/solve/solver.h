@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// The solver's front: a hierarchy built once per scan, and for each system either nested iteration
+// over it (the default, out of core) or the paper's own procedure (the reference).
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "engine/core/task_graph.h"
+#include "engine/core/tile_layout.h"
+#include "engine/solve/system.h"
+
+namespace rattan {
+
+/// Aggregates of vertices, of aggregates, and so on, down to a few hundred nodes; shared by all
+/// systems of one scan, each of which transports its own values through it.
+class Hierarchy;
+
+struct HierarchyOptions {
+  std::uint32_t coarsest_nodes = 300;
+};
+
+/// The level-0 graph: rows over owned vertices, one non-negative weight a half-edge (the strength that
+/// decides what is aggregated).
+struct GraphFields {
+  Field<std::uint32_t> row_begin;
+  Field<std::uint32_t> neighbor;
+  Field<float> weight;
+};
+
+std::shared_ptr<const Hierarchy> build_hierarchy(Store& store, const TileLayout& layout,
+                                                 const HaloFields& halo, const GraphFields& graph,
+                                                 const HierarchyOptions& options, TaskGraph& tasks);
+
+struct SolveOptions {
+  /// eps_i of the norm penalty per aggregated vertex; 0 for real systems.
+  float penalty = 0.2F;
+  /// Multiplies the coarse stiffness once per level (1 for the parameterization, 0.5 for smoothing).
+  float coarse_stiffness = 1.0F;
+  /// Passes over the finest level's tiles, and Gauss-Seidel sweeps in each.
+  int passes = 2;
+  int sweeps = 8;
+  /// Hierarchy-preconditioned Newton-CG steps at the end.
+  int newton_steps = 0;
+  /// Relative residual at which CG stops (real systems; inner solves of Newton).
+  float tolerance = 1e-2F;
+  /// Normalise the finest solution's complex parts to unit length at the end.
+  bool unit_norm = false;
+};
+
+struct SolveReport {
+  std::string system;
+  std::uint64_t unknowns = 0;    ///< real numbers solved for at the finest level
+  std::uint64_t iterations = 0;  ///< CG iterations, or sweeps at the finest level
+  std::uint64_t passes = 0;      ///< times the finest level's tiles were visited
+  double energy = 0.0;
+  double gradient_norm = 0.0;
+};
+
+/// Reads the system's fields, writes `solution` with its board (kBoardTile). Works by passes over
+/// tiles; memory: a few tiles per thread plus levels small enough to hold.
+template <class Block>
+SolveReport solve_nested(Store& store, const TileLayout& layout, const HaloFields& halo,
+                         const SystemFields<Block>& system, const Hierarchy& hierarchy,
+                         const SolveOptions& options, TaskGraph& tasks);
+
+/// PGP 2.5: lock one vertex (periodic systems), Jacobi-preconditioned multithreaded CG for the linear
+/// problem, then Newton with the penalty. For comparison on small scans.
+template <class Block>
+SolveReport solve_reference(Store& store, const TileLayout& layout, const HaloFields& halo,
+                            const SystemFields<Block>& system, const SolveOptions& options,
+                            TaskGraph& tasks);
+
+}  // namespace rattan
