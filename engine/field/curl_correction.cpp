@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Based on: PGP 4.1. Changed: angles re-oriented inside the triangle by quarter turns; per-edge
-// targets, equal to the right-hand side of Eq. 20 where the cotangent weight is not clamped; v is
-// divided by its geometric mean, not by its maximum.
+// targets for clamped weights; v is divided by its geometric mean, not by its maximum.
 #include "engine/field/curl_correction.h"
 
 #include <algorithm>
@@ -49,10 +48,10 @@ Turn turn_between(Complexd a, Complexd b) {
 }
 
 struct EdgeTarget {
-  float exact = 0.0F;        // sum over triangles of cot / 2 times target
-  float by_area = 0.0F;      // sum of area times target
-  float area = 0.0F;         // sum of area
-  std::uint32_t closed = 0;  // triangles that had a say
+  float exact = 0.0F;     // sum over triangles of cot / 2 times target
+  float half_cot = 0.0F;  // sum of cot / 2
+  float by_area = 0.0F;   // sum of area times target
+  float area = 0.0F;      // sum of area
 };
 
 struct State {
@@ -65,7 +64,7 @@ struct State {
   std::vector<float> rhs;
 };
 
-void assemble_tile(State& s, EdgeEnergy energy, double pull) {
+void assemble_tile(State& s, double pull) {
   const std::vector<VertexFrame> frames = s.frames.gather();
   const std::uint32_t owned = s.fans.owned();
   const std::uint32_t* row = s.fans.row_begin.span().data();
@@ -81,9 +80,9 @@ void assemble_tile(State& s, EdgeEnergy energy, double pull) {
     }
     EdgeTarget& e = target[k];
     e.exact += static_cast<float>(half_cot * t);
+    e.half_cot += static_cast<float>(half_cot);
     e.by_area += static_cast<float>(area * t);
     e.area += static_cast<float>(area);
-    ++e.closed;
   };
   for (const LocalTriangle& tri : s.triangles) {
     const std::array<const VertexFrame*, 3> f = {&frames[tri[0]], &frames[tri[1]], &frames[tri[2]]};
@@ -127,18 +126,16 @@ void assemble_tile(State& s, EdgeEnergy energy, double pull) {
   s.fit.resize(owned);
   s.rhs.resize(owned);
   for (std::uint32_t i = 0; i < owned; ++i) {
-    const bool open = (s.fans.flags[i] & kOnBoundary) != 0;
     double b = 0.0;
     for (std::uint32_t k = row[i]; k < row[i + 1]; ++k) {
       const EdgeTarget& e = target[k];
-      const auto w = static_cast<double>(s.weight[k]);
-      const std::uint32_t sides = open && (k == row[i] || k + 1 == row[i + 1]) ? 1 : 2;
-      const bool clamped = w <= static_cast<double>(static_cast<float>(kLowestWeight)) ||
-                           w >= static_cast<double>(static_cast<float>(kHighestWeight));
-      if (e.closed == sides && !clamped && energy == EdgeEnergy::kTriangle) {
-        b -= static_cast<double>(e.exact);
-      } else if (e.area > 0.0F) {
-        b -= w * static_cast<double>(e.by_area) / static_cast<double>(e.area);
+      if (e.area > 0.0F) {
+        // The right-hand side of Eq. 20, and for what clamping added to the weight (or a singular
+        // triangle took from it) the mean target: consistent edge by edge, and without clamping
+        // exactly Eq. 20.
+        const double rest = static_cast<double>(s.weight[k]) - static_cast<double>(e.half_cot);
+        b -= static_cast<double>(e.exact) +
+             rest * static_cast<double>(e.by_area) / static_cast<double>(e.area);
       }
     }
     s.rhs[i] = static_cast<float>(b);
@@ -148,8 +145,7 @@ void assemble_tile(State& s, EdgeEnergy energy, double pull) {
 
 }  // namespace
 
-void assemble_curl(Store& store, const ScanMesh& mesh, const CurlOptions& options,
-                   TaskGraph& tasks) {
+void assemble_curl(Store& store, const ScanMesh& mesh, TaskGraph& tasks) {
   const double reach = kScreening * std::max(mesh.diagonal(), 1e-30);
   const double pull = 1.0 / (reach * reach);
   run_pass<State>(
@@ -161,7 +157,7 @@ void assemble_curl(Store& store, const ScanMesh& mesh, const CurlOptions& option
         s.weight = read(store, fields::kEdgeWeight, id);
         s.area = read(store, fields::kVertexArea, id);
       },
-      [&](TileId, State& s) { assemble_tile(s, options.energy, pull); },
+      [&](TileId, State& s) { assemble_tile(s, pull); },
       [&](TileId id, State& s) {
         write(store, fields::kCurlSystem.fit, id, s.fit);
         write(store, fields::kCurlSystem.rhs, id, s.rhs);

@@ -17,7 +17,6 @@
 namespace rattan {
 
 struct CurlOptions {
-  EdgeEnergy energy = EdgeEnergy::kTriangle;  ///< as the graph's weights were made
   /// v is the solution to this power: 1 removes the curl, less keeps sizes more even.
   double power = 0.2;
   /// |log v| is cut off here before the power.
@@ -26,17 +25,21 @@ struct CurlOptions {
 
 namespace fields {
 inline constexpr SystemFields<RealBlock> kCurlSystem{
-    kRowBegin, kNeighbor,    {"graph/weight"},  // kEdgeWeight: a coefficient of RealBlock is the
-                                                // weight alone
-    kDiagonal, {"curl/fit"}, {"curl/rhs"},     {"curl/solution"}};
+    kRowBegin,
+    kNeighbor,
+    {"graph/weight"},  // kEdgeWeight: a coefficient of RealBlock is the
+                       // weight alone
+    kDiagonal,
+    {"curl/fit"},
+    {"curl/rhs"},
+    {"curl/solution"}};
 }  // namespace fields
 
 /// One pass: writes fit and rhs of kCurlSystem from kFrame and the graph. Triangles with a field
 /// singularity say nothing. The fit is a very weak pull to zero, the same per area everywhere;
 /// since the targets sum to zero on each component, it makes the area-weighted mean of log v vanish
 /// there: v has the geometric mean 1 on every component.
-void assemble_curl(Store& store, const ScanMesh& mesh, const CurlOptions& options,
-                   TaskGraph& tasks);
+void assemble_curl(Store& store, const ScanMesh& mesh, TaskGraph& tasks);
 
 /// Two passes: v = e^{power log v}, scaled so that the integral of v^2 is the area (the number of
 /// quads does not change); rewrites kFrame with its board.

@@ -2,7 +2,7 @@
 //
 // Based on: D. Cohen-Steiner, J.-M. Morvan, "Restricted Delaunay triangulations and normal cycle",
 // 2003. Changed: the dihedral angle beta is taken as 2 sin(beta / 2) (bounded, no transcendental
-// function, the same to second order), and the neighbourhood is grown by repeated local averaging,
+// function, the same to second order), and the neighbourhood is grown by repeated local sharing,
 // so that one halo ring is enough.
 #include "engine/field/curvature.h"
 
@@ -15,6 +15,14 @@ namespace rattan {
 namespace {
 
 constexpr int kMostRounds = 6;
+
+// A round deals out a vertex's measure in equal shares to itself and its neighbours, so that
+// nothing is lost or gained. (Averaging what the neighbours have would count well-connected
+// vertices more: curvature 9 % too low on a grid of alternating diagonals.) Measures are stored as
+// shares.
+double share_of(std::uint32_t row_begin, std::uint32_t row_end) {
+  return 1.0 / (row_end - row_begin + 1.0);
+}
 
 struct SurfaceState {
   FanView fans;
@@ -93,10 +101,11 @@ void surface_of_tile(const std::vector<Vec3f>& p, SurfaceState& s) {
     s.normal[i] = unit(total, norm, Vec3d(0.0, 0.0, 1.0)).cast<float>();
     s.area[i] = static_cast<float>(area / 6.0);
     CurvatureMeasure& m = s.curvature[i];
+    const double share = share_of(begin, end);
     for (int c = 0; c < 6; ++c) {
-      m.m[c] = static_cast<float>(t[c]);
+      m.m[c] = static_cast<float>(share * t[c]);
     }
-    m.m[6] = s.area[i];
+    m.m[6] = static_cast<float>(share * area / 6.0);
     m.m[7] = 0.0F;
   }
 }
@@ -121,7 +130,7 @@ void average(AverageState& s) {
         sum[c] += m[c];
       }
     }
-    const float scale = 1.0F / static_cast<float>(row[i + 1] - row[i] + 1);
+    const auto scale = static_cast<float>(share_of(row[i], row[i + 1]));
     for (int c = 0; c < 8; ++c) {
       s.out[i].m[c] = sum[c] * scale;
     }

@@ -13,7 +13,7 @@ namespace rattan {
 
 /// The normal-cycle measure of a neighbourhood (Cohen-Steiner and Morvan 2003): sum over edges of
 /// dihedral angle times length times the edge's direction dyad, and the neighbourhood's area.
-/// Additive. Unit: length; curvature is measure / area.
+/// Additive, of any common scale: curvature is measure / area.
 struct CurvatureMeasure {
   /// xx, yy, zz, xy, xz, yz, area, 0.
   std::array<float, 8> m{};

@@ -80,9 +80,8 @@ void correct_curl(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskG
     return;
   }
   CurlOptions curl;
-  curl.energy = options.energy;
   curl.power = options.curl_power;
-  assemble_curl(store, mesh, curl, tasks);
+  assemble_curl(store, mesh, tasks);
   field.reports.push_back(solve(store, mesh, fields::kCurlSystem, field, options.curl_solve,
                                 options.reference, "curl", tasks));
   apply_scale(store, mesh, curl, tasks);

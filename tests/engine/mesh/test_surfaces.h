@@ -26,12 +26,13 @@ struct Surface {
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
-/// (nu x nv) quads split into triangles; `close_u`, `close_v` glue the sides. `diagonal(i, j)` picks
-/// the split.
-inline Surface grid_surface(std::uint32_t nu, std::uint32_t nv, bool close_u, bool close_v,
-                            const std::function<Vec3d(double, double)>& at,
-                            const std::function<bool(std::uint32_t, std::uint32_t)>& diagonal =
-                                [](std::uint32_t i, std::uint32_t j) { return (i + j) % 2 == 0; }) {
+/// (nu x nv) quads split into triangles; `close_u`, `close_v` glue the sides. `diagonal(i, j)`
+/// picks the split.
+inline Surface grid_surface(
+    std::uint32_t nu, std::uint32_t nv, bool close_u, bool close_v,
+    const std::function<Vec3d(double, double)>& at,
+    const std::function<bool(std::uint32_t, std::uint32_t)>& diagonal =
+        [](std::uint32_t i, std::uint32_t j) { return (i + j) % 2 == 0; }) {
   Surface s;
   const std::uint32_t cu = close_u ? nu : nu + 1;
   const std::uint32_t cv = close_v ? nv : nv + 1;
@@ -83,14 +84,14 @@ inline Surface torus(std::uint32_t nu, std::uint32_t nv, double big, double smal
 /// Icosahedron with each side split into `n`, pushed to the sphere.
 inline Surface sphere(std::uint32_t n, double radius) {
   const double g = 0.5 * (1.0 + std::sqrt(5.0));
-  const std::array<Vec3d, 12> corner = {
-      Vec3d(-1, g, 0), Vec3d(1, g, 0), Vec3d(-1, -g, 0), Vec3d(1, -g, 0),
-      Vec3d(0, -1, g), Vec3d(0, 1, g), Vec3d(0, -1, -g), Vec3d(0, 1, -g),
-      Vec3d(g, 0, -1), Vec3d(g, 0, 1), Vec3d(-g, 0, -1), Vec3d(-g, 0, 1)};
-  constexpr std::array<std::array<int, 3>, 20> kFaces = {{
-      {0, 11, 5}, {0, 5, 1}, {0, 1, 7}, {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
-      {11, 10, 2}, {10, 7, 6}, {7, 1, 8}, {3, 9, 4}, {3, 4, 2}, {3, 2, 6}, {3, 6, 8},
-      {3, 8, 9}, {4, 9, 5}, {2, 4, 11}, {6, 2, 10}, {8, 6, 7}, {9, 8, 1}}};
+  const std::array<Vec3d, 12> corner = {Vec3d(-1, g, 0),  Vec3d(1, g, 0),   Vec3d(-1, -g, 0),
+                                        Vec3d(1, -g, 0),  Vec3d(0, -1, g),  Vec3d(0, 1, g),
+                                        Vec3d(0, -1, -g), Vec3d(0, 1, -g),  Vec3d(g, 0, -1),
+                                        Vec3d(g, 0, 1),   Vec3d(-g, 0, -1), Vec3d(-g, 0, 1)};
+  constexpr std::array<std::array<int, 3>, 20> kFaces = {
+      {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+       {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
+       {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}}};
   Surface s;
   std::map<std::array<std::uint32_t, 6>, std::uint32_t> known;
   const auto vertex = [&](const std::array<int, 3>& f, std::uint32_t i, std::uint32_t j) {

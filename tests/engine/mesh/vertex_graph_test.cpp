@@ -16,7 +16,8 @@ using testing::Surface;
 using testing::TiledScan;
 
 // Writes weights of the original positions for all tiles.
-std::vector<float> weights_of(TiledScan& scan, EdgeEnergy energy, std::vector<float>* sums = nullptr) {
+std::vector<float> weights_of(TiledScan& scan, EdgeEnergy energy,
+                              std::vector<float>* sums = nullptr) {
   std::vector<float> all;
   for (std::uint32_t t = 0; t < scan.mesh.layout.tile_count(); ++t) {
     FanView fans;
@@ -143,8 +144,8 @@ TEST(VertexGraph, DirichletEnergyOfALinearFunctionIsItsGradient) {
 
 TEST(VertexGraph, DegenerateTrianglesGiveFiniteBoundedWeights) {
   Surface s = testing::plane(6, 6, 1.0, 1.0);
-  s.positions[8] = s.positions[9];                                   // an edge without length
-  s.positions[16] = 0.5 * (s.positions[15] + s.positions[17]);       // triangles without area
+  s.positions[8] = s.positions[9];                              // an edge without length
+  s.positions[16] = 0.5 * (s.positions[15] + s.positions[17]);  // triangles without area
   s.positions[24] = s.positions[25] = s.positions[31] = s.positions[32];
   TiledScan scan(s, 20);
   build_vertex_graph(scan.store, scan.mesh, scan.tasks);
