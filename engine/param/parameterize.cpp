@@ -26,8 +26,11 @@ SolveReport solve(Store& store, const ScanMesh& mesh, const SystemFields<Block>&
                                options, tasks);
   report.system = name;
   // Only the solution is needed from here on.
-  store.erase(system.fit.name);
-  store.erase(system.rhs.name);
+  for (const std::string_view used : {system.fit.name, system.rhs.name}) {
+    if (!used.empty()) {
+      store.erase(used);
+    }
+  }
   return report;
 }
 

@@ -59,7 +59,6 @@ PairBlock::Coefficient pair_coefficient(const EdgeGauge& gauge, float weight) {
 }
 
 void assemble_phase(Store& store, const ScanMesh& mesh, double omega, TaskGraph& tasks) {
-  const SystemFields<PairBlock>& system = fields::kPhaseSystem;
   run_pass<State>(
       tasks, "phase", mesh.layout.tile_count(),
       [&](TileId id, State& s) {
@@ -70,11 +69,7 @@ void assemble_phase(Store& store, const ScanMesh& mesh, double omega, TaskGraph&
       },
       [&](TileId id, State& s) { assemble_tile(s, mesh.layout.tiles[id.value].first, omega); },
       [&](TileId id, State& s) {
-        const std::uint32_t owned = s.fans.owned();
-        write(store, system.coefficient, id, s.coefficient);
-        write(store, system.fit, id, std::vector<float>(owned, 0.0F));
-        write(store, system.rhs, id,
-              std::vector<PairValue>(owned, {Complex(0.0F, 0.0F), Complex(0.0F, 0.0F)}));
+        write(store, fields::kPhaseSystem.coefficient, id, s.coefficient);
       });
 }
 

@@ -12,7 +12,7 @@ namespace rattan {
 
 namespace fields {
 inline constexpr SystemFields<PairBlock> kPhaseSystem{
-    kRowBegin, kNeighbor, {"param/coefficient"}, kDiagonal, {"param/fit"}, {"param/rhs"}, kPhase};
+    kRowBegin, kNeighbor, {"param/coefficient"}, kDiagonal, {}, {}, kPhase};
 }  // namespace fields
 
 /// C_ij = w T_ij from the edge's gauge along i -> j.
@@ -38,7 +38,7 @@ inline PairValue apply(const PairBlock::Coefficient& c, const PairValue& x) {
   return {c.a * t.u, c.b * t.v};
 }
 
-/// One pass: writes coefficient, fit (0) and rhs (0) of kPhaseSystem from kFrame and the graph.
+/// One pass: writes the coefficients of kPhaseSystem (no fit, no rhs) from kFrame and the graph.
 /// `omega`: the period, a length.
 void assemble_phase(Store& store, const ScanMesh& mesh, double omega, TaskGraph& tasks);
 
