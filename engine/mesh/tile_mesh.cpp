@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <unordered_map>
 
+#include <Eigen/Geometry>
+
 namespace rattan {
 
 TileMesh load_tile(Store& store, const ScanMesh& mesh, TileId tile) {
