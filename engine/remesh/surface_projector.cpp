@@ -45,8 +45,7 @@ SurfaceProjector::SurfaceProjector(Store& store, const ScanMesh& mesh,
     Box box;
   };
   run_pass<State>(
-      graph, "index", tiles,
-      [&](TileId t, State& s) { s.mesh = load_tile(store_, mesh_, t); },
+      graph, "index", tiles, [&](TileId t, State& s) { s.mesh = load_tile(store_, mesh_, t); },
       [&](TileId t, State& s) {
         if (t.value < options_.tiles_alive) {
           s.scene = std::make_shared<const TileScene>(s.mesh);
@@ -136,7 +135,8 @@ void SurfaceProjector::run(const char* name, const Bins& bins,
       active.push_back(t);
     }
   }
-  // What earlier passes found bounds the search. Results change at commit, while other tiles compute.
+  // What earlier passes found bounds the search. Results change at commit, while other tiles
+  // compute.
   std::vector<ClosestHit> bounds(queries.size());
   for (std::size_t i = 0; i < queries.size(); ++i) {
     bounds[i] = {results[i].distance2, results[i].triangle};
@@ -209,9 +209,9 @@ void SurfaceProjector::project(std::span<const ProjectionQuery> queries,
   parallel_indices(n, [&](std::size_t i) {
     const std::uint64_t hint = queries[i].hint;
     if (hint < mesh_.topology.triangles) {
-      const auto after = std::upper_bound(
-          mesh_.triangles.begin(), mesh_.triangles.end(), hint,
-          [](std::uint64_t id, const TileTriangles& t) { return id < t.first; });
+      const auto after =
+          std::upper_bound(mesh_.triangles.begin(), mesh_.triangles.end(), hint,
+                           [](std::uint64_t id, const TileTriangles& t) { return id < t.first; });
       home[i] = static_cast<std::uint32_t>(after - mesh_.triangles.begin() - 1);
     } else {
       home[i] = nearest_box(queries[i].point).value;

@@ -32,17 +32,17 @@ struct ProjectionQuery {
 };
 
 struct SurfacePoint {
-  Vec3d point = Vec3d::Zero();  ///< closest point of the scan
-  Vec3d normal = Vec3d::Zero(); ///< of the triangle, unit; zero if it has no area
-  std::array<double, 3> weights{}; ///< of the triangle's corners as stored in its owner tile
-  std::uint64_t triangle = kNoTriangle; ///< kNoTriangle: none within the radius
+  Vec3d point = Vec3d::Zero();           ///< closest point of the scan
+  Vec3d normal = Vec3d::Zero();          ///< of the triangle, unit; zero if it has no area
+  std::array<double, 3> weights{};       ///< of the triangle's corners as stored in its owner tile
+  std::uint64_t triangle = kNoTriangle;  ///< kNoTriangle: none within the radius
   double distance2 = std::numeric_limits<double>::infinity();
 
   bool found() const { return triangle != kNoTriangle; }
 };
 
-/// Among equally near triangles the lowest id wins, so that results depend neither on the tile size,
-/// nor on what is kept alive, nor on threads, nor on the processor.
+/// Among equally near triangles the lowest id wins, so that results depend neither on the tile
+/// size, nor on what is kept alive, nor on threads, nor on the processor.
 class SurfaceProjector {
  public:
   /// One pass over the tiles for their boxes. `store` and `mesh` must outlive the projector.

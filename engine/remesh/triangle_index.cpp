@@ -29,7 +29,9 @@ RTCDevice shared_device() {
   return device;
 }
 
-void release(void* scene) { rtcReleaseScene(static_cast<RTCScene>(scene)); }
+void release(void* scene) {
+  rtcReleaseScene(static_cast<RTCScene>(scene));
+}
 
 ClosestOnTriangle on_segment(const Vec3d& p, const Vec3d& a, const Vec3d& b, int ia, int ib) {
   const Vec3d ab = b - a;
@@ -103,6 +105,9 @@ ClosestOnTriangle closest_on_triangle(const Vec3d& p, const Vec3d& a, const Vec3
     return on_segment(p, b, c, 1, 2);
   }
   const double sum = va + vb + vc;
+  if (!(sum > 0.0)) {
+    return on_degenerate(p, a, b, c);
+  }
   const double v = vb / sum;
   const double w = vc / sum;
   ClosestOnTriangle r{a + ab * v + ac * w, {1.0 - v - w, v, w}, 0.0};
@@ -159,8 +164,8 @@ struct TriangleIndex::Access {
       index.try_triangle(query.point, static_cast<std::uint32_t>(t), *query.hit);
     }
     if (query.hit->distance2 < before) {
-      args->query->radius = std::min(args->query->radius,
-                                     inflated(query.hit->distance2, query.largest_coordinate));
+      args->query->radius =
+          std::min(args->query->radius, inflated(query.hit->distance2, query.largest_coordinate));
       return true;
     }
     return false;
@@ -185,7 +190,8 @@ TriangleIndex::TriangleIndex(std::span<const Vec3f> positions,
   largest_coordinate_ = std::max(box_min_.cwiseAbs().maxCoeff(), box_max_.cwiseAbs().maxCoeff());
   const RTCDevice device = shared_device();
   const RTCScene scene = rtcNewScene(device);
-  rtcSetSceneFlags(scene, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_COMPACT));
+  rtcSetSceneFlags(scene,
+                   static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_COMPACT));
   rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
   const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
   rtcSetGeometryUserPrimitiveCount(
@@ -222,8 +228,7 @@ ClosestOnTriangle TriangleIndex::evaluate(const Vec3d& p, std::uint32_t local) c
 Vec3d TriangleIndex::normal(std::uint32_t local) const {
   const LocalTriangle& t = triangles_[local];
   const Vec3d a = positions_[t[0]].cast<double>();
-  const Vec3d n =
-      (positions_[t[1]].cast<double>() - a).cross(positions_[t[2]].cast<double>() - a);
+  const Vec3d n = (positions_[t[1]].cast<double>() - a).cross(positions_[t[2]].cast<double>() - a);
   const double length = n.norm();
   return length > 0.0 ? Vec3d(n / length) : Vec3d::Zero();
 }

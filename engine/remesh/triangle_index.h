@@ -37,8 +37,9 @@ struct ClosestOnTriangle {
 ClosestOnTriangle closest_on_triangle(const Vec3d& p, const Vec3d& a, const Vec3d& b,
                                       const Vec3d& c);
 
-/// A bounding volume hierarchy over blocks of consecutive triangles: cheap to build and small (about
-/// 20 bytes a triangle) when the list is in the order of a space-filling curve, correct in any order.
+/// A bounding volume hierarchy over blocks of consecutive triangles: cheap to build and small
+/// (about 20 bytes a triangle) when the list is in the order of a space-filling curve, correct in
+/// any order.
 class TriangleIndex {
  public:
   /// The spans must outlive the index. `base` is added to positions in the list to get the ids

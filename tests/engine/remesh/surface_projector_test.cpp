@@ -118,10 +118,10 @@ TEST(SurfaceProjector, AgreesWithBruteForce) {
       ClosestHit best;
       ClosestOnTriangle on{};
       for (std::size_t t = 0; t < sorted.size(); ++t) {
-        const auto c = closest_on_triangle(
-            q[i].point, s.positions[sorted[t][0]].cast<float>().cast<double>(),
-            s.positions[sorted[t][1]].cast<float>().cast<double>(),
-            s.positions[sorted[t][2]].cast<float>().cast<double>());
+        const auto c =
+            closest_on_triangle(q[i].point, s.positions[sorted[t][0]].cast<float>().cast<double>(),
+                                s.positions[sorted[t][1]].cast<float>().cast<double>(),
+                                s.positions[sorted[t][2]].cast<float>().cast<double>());
         if (best.better(c.distance2, t)) {
           best = {c.distance2, t};
           on = c;
@@ -141,8 +141,8 @@ TEST(SurfaceProjector, TilesScenesAndThreadsChangeNothing) {
   const auto reference = project(s, q, 100000, 100, 1);
   for (const auto& [size, alive, threads] : std::vector<std::array<int, 3>>{
            {100000, 0, 2}, {64, 1000, 2}, {64, 3, 1}, {5, 0, 2}, {17, 10, 2}}) {
-    const auto r = project(s, q, static_cast<std::uint32_t>(size),
-                           static_cast<std::uint32_t>(alive), threads);
+    const auto r =
+        project(s, q, static_cast<std::uint32_t>(size), static_cast<std::uint32_t>(alive), threads);
     for (std::size_t i = 0; i < q.size(); ++i) {
       ASSERT_EQ(r[i].triangle, reference[i].triangle) << size << " " << i;
       ASSERT_EQ(r[i].point, reference[i].point) << size << " " << i;
