@@ -87,8 +87,7 @@ class RemeshJob {
                        .scan = mesh_,
                        .remesh = remesh_,
                        .omega = omega_,
-                       .density = options_.density,
-                       .tasks = tasks_},
+                       .density = options_.density},
                       options_.preview);
       });
     }
@@ -135,7 +134,7 @@ class RemeshJob {
   void compute_fields() {
     FieldOptions options;
     options.quad_side = target_.quad_side;
-    options.energy = options_.energy == Energy::kEdge ? EdgeEnergy::kUniform : EdgeEnergy::kTriangle;
+    options.energy = options_.energy == Energy::kEdge ? EdgeEnergy::kEdge : EdgeEnergy::kTriangle;
     options.symmetry = static_cast<Symmetry>(options_.symmetry);
     options.smoothing = options_.smoothing;
     options.curl_power = options_.curl_correction ? 1.0 : 0.2;
@@ -203,14 +202,14 @@ class RemeshJob {
   // wrote with this mesh.
   void verify() {
     const MeshTopology t = check_topology(remesh_);
-    ensure(t.violations() == 0, "the remesh is a simple manifold mesh");
+    ensure(t.clean(), "the remesh is a simple manifold mesh");
     ensure(t.components == mesh_.topology.components &&
                t.boundary_loops == mesh_.topology.boundary_loops &&
-               t.euler == mesh_.topology.euler(),
+               t.euler() == mesh_.topology.euler(),
            "the remesh has the scan's components, boundary loops and Euler characteristic");
     report_.output.components = t.components;
     report_.output.boundary_loops = t.boundary_loops;
-    report_.output.euler = t.euler;
+    report_.output.euler = t.euler();
     const MeshQuality q = measure_quality(remesh_);
     report_.output.quads = q.quads;
     report_.output.triangles = q.triangles;
@@ -249,8 +248,9 @@ class RemeshJob {
     report_.input.topology = mesh_.topology;
     report_.input.repaired = mesh_.repaired;
     report_.output.path = options_.output;
-    report_.singularities = {arrangement_.singular.vertices, arrangement_.singular.edges,
-                             arrangement_.singular.triangles};
+    const SingularityCounts& s = arrangement_.singularities;
+    report_.singularities = {s.vertices, s.edges,
+                             s.field_triangles + s.phase_triangles + s.negative_triangles};
     report_.solver = field_.reports;
     report_.solver.push_back(phase_report_);
     report_.peak_rss_bytes = peak_rss_bytes();

@@ -12,7 +12,7 @@
 #include <sys/wait.h>
 
 #include "engine/core/progress.h"
-#include "io/synth.h"
+#include "io/synth/synth.h"
 #include "jobs/remesh_job.h"
 #include "jobs/stage_clock.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <memory>
 
-#include "io/synth.h"
+#include "io/synth/synth.h"
 #include "tools/rattan/commands.h"
 #include "tools/rattan/console.h"
 
