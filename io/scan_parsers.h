@@ -55,8 +55,8 @@ class ScanBlocks {
   }
   /// Hands out what is left.
   void flush() {
-    flush_vertices();
     flush_triangles();
+    flush_vertices();
   }
   std::uint64_t vertices() const { return vertices_done_ + vertices_.size(); }
   std::uint64_t triangles() const { return triangles_done_ + triangles_.size(); }
@@ -71,6 +71,7 @@ class ScanBlocks {
   }
   void flush_triangles() {
     if (!triangles_.empty()) {
+      flush_vertices();  // so that triangles come after those of their vertices that were read
       sink_.add_triangles(triangles_);
       triangles_done_ += triangles_.size();
       triangles_.clear();

@@ -95,10 +95,13 @@ BasePoint rounded(const Vec3d& from, double dx, double dy, double out) {
       {along * dx, along * dy, up}};
 }
 
+// A square mapped smoothly onto a quarter disk: its two outer sides become the arc.
 BasePoint plate_corner(double u, double v) {
-  const double length = std::sqrt(u * u + v * v);
-  const double scale = length > 0.0 ? 1.0 / length : 0.0;
-  return rounded({1.0, 1.0, 0.0}, u * scale, v * scale, std::max(u, v));
+  const double x = u * std::sqrt(1.0 - 0.5 * v * v);
+  const double y = v * std::sqrt(1.0 - 0.5 * u * u);
+  const double out = std::sqrt(x * x + y * y);
+  const double scale = out > 0.0 ? 1.0 / out : 0.0;
+  return rounded({1.0, 1.0, 0.0}, x * scale, y * scale, std::min(out, 1.0));
 }
 
 std::array<double, 2> corner_parameters(int corner) {

@@ -32,10 +32,10 @@ constexpr std::size_t kOpenPatches = 4;  // written in turns, a band of rows eac
 constexpr std::size_t kChunk = 192;      // triangles that stay together
 constexpr std::size_t kChunks = 512;     // chunks shuffled with each other
 
-// Grids are finer towards the ends of a patch: the spacing varies by two in either direction.
-// Symmetric, so that both patches of an edge agree.
-double uneven(double t) {
-  return t - 0.4 * t * (1.0 - t) * (1.0 - 2.0 * t);
+// Grids on the sphere are finer towards the ends of a patch: the spacing varies by two in either
+// direction. Symmetric, so that both patches of an edge agree. Those on a plate vary by themselves.
+double uneven(PatchKind kind, double t) {
+  return kind == PatchKind::kCubeFace ? t - 0.4 * t * (1.0 - t) * (1.0 - 2.0 * t) : t;
 }
 
 // From the base shape to the scan's vertices.
@@ -45,12 +45,13 @@ class Surface {
       : seed_(hash(options.seed, 21)),
         noise_(options.noise),
         extent_(complex.extent),
+        height_(options.genus == 0 ? 1.0 : 0.65),
         relief_(hash(options.seed, 22),
                 10.0 * std::sqrt(complex.area / static_cast<double>(options.triangles))) {}
 
   BasePoint base(const Patch& patch, std::uint32_t i, std::uint32_t j) const {
-    return patch.evaluate(uneven(static_cast<double>(i) / patch.nu),
-                          uneven(static_cast<double>(j) / patch.nv));
+    return patch.evaluate(uneven(patch.kind, static_cast<double>(i) / patch.nu),
+                          uneven(patch.kind, static_cast<double>(j) / patch.nv));
   }
 
   /// `spacing` is the local edge length; `name` tells the vertex from all others.
@@ -67,7 +68,7 @@ class Surface {
         point.position + a * (reach * (unit(bits) - 0.5)) + b * (reach * (unit(bits >> 32) - 0.5));
     // Two uniforms: most errors are small, none is beyond the half-width.
     const double error = noise_ * spacing * (unit(more) + unit(more >> 32) - 1.0);
-    return bent(p + n * (relief_(p) + error));
+    return bent(p + n * (height_ * relief_(p) + error));
   }
 
   double noise() const { return noise_; }
@@ -84,6 +85,7 @@ class Surface {
   std::uint64_t seed_;
   double noise_;
   double extent_;
+  double height_;  // of the relief: tunnels are narrower than a sphere
   Relief relief_;
 };
 

@@ -48,6 +48,8 @@ class TemporaryFile {
   TemporaryFile& operator=(const TemporaryFile&) = delete;
 
   void rewrite(const std::string& bytes) const {
+    // Truncating a file in place makes some file systems wait for the disk on close.
+    std::remove(path_.c_str());
     std::ofstream(path_, std::ios::binary | std::ios::trunc) << bytes;
   }
   const std::string& path() const { return path_; }

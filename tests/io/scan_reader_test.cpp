@@ -175,6 +175,32 @@ TEST(ScanReader, TakesFacesBeforeTheirVertices) {
   EXPECT_EQ(from_obj, from_ply);
 }
 
+TEST(ScanReader, GivesVerticesBeforeTheTrianglesThatUseThem) {
+  struct OrderSink final : ScanSink {
+    std::uint64_t vertices = 0;
+    void add_vertices(std::span<const Vec3d> positions) override { vertices += positions.size(); }
+    void add_triangles(std::span<const std::array<std::uint64_t, 3>> triangles) override {
+      for (const auto& t : triangles) {
+        EXPECT_LT(std::max({t[0], t[1], t[2]}), vertices);
+      }
+    }
+  } sink;
+  const TemporaryFile file("order.ply", testing::plain_binary_ply(false));
+  read_scan(file.path(), sink, nullptr, {4096, 4});
+  EXPECT_EQ(sink.vertices, 5U);
+}
+
+TEST(ScanReader, LetsTheSinkStopIt) {
+  struct StoppingSink final : ScanSink {
+    void add_vertices(std::span<const Vec3d>) override { throw Cancelled("stopped"); }
+    void add_triangles(std::span<const std::array<std::uint64_t, 3>>) override {}
+  } sink;
+  const TemporaryFile file("stop.ply", testing::ascii_ply());
+  ScanFileInfo info;
+  info.want_sha256 = true;
+  EXPECT_THROW(read_scan(file.path(), sink, &info, {16, 1}), Cancelled);
+}
+
 TEST(ScanReader, CountsFacesWithoutAnInside) {
   const TemporaryFile file("small.obj");
   ScanFileInfo info;

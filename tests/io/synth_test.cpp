@@ -85,7 +85,8 @@ TEST(Synth, IsReproducible) {
   EXPECT_NE(a.info.sha256, make({20000, 8, 2, 0.1, 2}).info.sha256);
   EXPECT_NE(a.info.sha256, make({20000, 7, 2, 0.2, 2}).info.sha256);
   // The bits of a build for any x86-64 machine; changes only with the generator.
-  EXPECT_EQ(make({5000, 1, 0, 0.1, 0}).info.sha256, "GOLDEN");
+  EXPECT_EQ(make({5000, 1, 0, 0.1, 0}).info.sha256,
+            "68baacc30de1aff336844df2b2e88d6eb086ba1fdf374ffb5d399ce84d949716");
 }
 
 double median(std::vector<double> values) {
@@ -148,18 +149,18 @@ TEST_P(SynthLooks, LikeARealScan) {
   }
   std::printf(
       "genus %d: valence 6 %.1f %%, edges 95/5 %.2f, areas 95/5 %.2f, aspect median %.2f 99 %% "
-      "%.1f, bend median %.1f 90 %% %.1f 99 %% %.1f max %.1f degrees\n",
+      "%.1f, bend median %.1f 90 %% %.1f 99.9 %% %.1f max %.1f degrees\n",
       GetParam(), 100.0 * six, length_ratio, area_ratio, median(aspects), quantile(aspects, 0.99),
-      median(bends), quantile(bends, 0.9), quantile(bends, 0.99), quantile(bends, 1.0));
+      median(bends), quantile(bends, 0.9), quantile(bends, 0.999), quantile(bends, 1.0));
   EXPECT_LT(six, 0.6);
   EXPECT_GT(length_ratio, 3.0);
   EXPECT_GT(area_ratio, 4.0);
   EXPECT_GT(quantile(areas, 0.0), 1e-4 * median_area);
   EXPECT_LT(quantile(aspects, 0.99), 20.0);
-  EXPECT_GT(median(bends), 3.0);             // rough all over
-  EXPECT_LT(median(bends), 25.0);            // but a surface
-  EXPECT_GT(quantile(bends, 0.99), 25.0);    // with creases
-  EXPECT_LT(quantile(bends, 0.999), 120.0);  // and no triangles turned over
+  EXPECT_GT(median(bends), 3.0);            // rough all over
+  EXPECT_LT(median(bends), 25.0);           // but a surface
+  EXPECT_GT(quantile(bends, 0.999), 25.0);  // with creases
+  EXPECT_LT(quantile(bends, 0.999), 90.0);  // and hardly a triangle turned over
 }
 
 INSTANTIATE_TEST_SUITE_P(Genus, SynthLooks, ::testing::Values(0, 1, 5));
