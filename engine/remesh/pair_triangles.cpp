@@ -15,8 +15,6 @@ namespace {
 
 constexpr std::uint32_t kMaxBetween = 8;
 constexpr std::size_t kGrain = 16;
-/// What one step of valence away from four costs.
-constexpr double kValence = 0.15;
 /// Distortion counts by this much: the vertices will be moved afterwards, which takes about half of
 /// it away.
 constexpr double kRelaxed = 0.5;
@@ -34,18 +32,14 @@ struct Candidate {
   PolygonSplit split;
 };
 
-double irregular(const CellMap& map, std::uint32_t v, std::uint32_t valence) {
-  const double off = static_cast<double>(valence) - 4.0;
-  return map.on_boundary(v) ? 0.0 : (off < 0 ? -off : off);
-}
-
 /// Finds strips and values them; one a thread.
 class Finder {
  public:
   Finder(const CellMap& map, std::uint32_t between) : map_(map), between_(between) {}
 
+  /// The best strip from the triangle to one of higher id with `between` quads in the middle; its
+  /// count stays zero if none gains.
   void search(std::uint32_t triangle, Candidate& best) {
-    best.gain = 0;
     strip_.first = triangle;
     strip_.count = 0;
     path_[0] = triangle;
@@ -111,33 +105,42 @@ class Finder {
     if (std::adjacent_find(ids_.begin(), ids_.end()) != ids_.end()) {
       return;
     }
-    double old = 0;
+    // Both sides without what triangles cost as such.
+    double old_shape = -2 * PolygonSplitter::kTriangle;
     for (std::uint32_t k = 0; k <= strip_.count; ++k) {
       map_.face_halves(path_[k], halves_);
       gather_corners(map_, halves_, {}, corners_);
-      old += splitter_.cost(corners_);
+      old_shape += splitter_.cost(corners_);
     }
     gather_corners(map_, ring_, {strip_.cross.data(), strip_.count}, corners_);
+    const std::size_t n = ring_.size();
+    corners_.bias.resize(n);
+    bare_.resize(n);
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const std::uint32_t v = corners_.vertex[i];
+      bare_[i] = map_.valence(v);
+      for (std::uint32_t k = 0; k < strip_.count; ++k) {
+        bare_[i] -= map_.origin(strip_.cross[k]) == v || map_.target(strip_.cross[k]) == v;
+      }
+      corners_.bias[i] = kValenceCost / kRelaxed *
+                         (irregularity(map_, v, bare_[i] + 1) - irregularity(map_, v, bare_[i]));
+    }
     PolygonSplit split = splitter_.split(corners_, true, false);
     if (!split.feasible) {
       return;
     }
-    // `old` less its two triangles is distortion, as all of the new cost is.
-    const double triangles = 2 * PolygonSplitter::kTriangle;
-    double gain = triangles + kRelaxed * (old - triangles - split.cost);
+    double gain = 2 * PolygonSplitter::kTriangle + kRelaxed * (old_shape - split.cost);
     for (std::uint32_t i = 0; i < ring_.size(); ++i) {
       const std::uint32_t v = map_.origin(ring_[i]);
-      std::uint32_t valence = map_.valence(v);
-      for (std::uint32_t k = 0; k < strip_.count; ++k) {
-        valence -= map_.origin(strip_.cross[k]) == v || map_.target(strip_.cross[k]) == v;
-      }
+      std::uint32_t valence = bare_[i];
       for (const auto& [a, b] : split.diagonals) {
         valence += a == i || b == i;
       }
       if (valence < 3 && !map_.on_boundary(v) && valence < map_.valence(v)) {
         return;
       }
-      gain += kValence * (irregular(map_, v, map_.valence(v)) - irregular(map_, v, valence));
+      gain +=
+          kValenceCost * (irregularity(map_, v, map_.valence(v)) - irregularity(map_, v, valence));
     }
     if (gain > best.gain) {
       best.gain = gain;
@@ -151,7 +154,7 @@ class Finder {
   std::uint32_t between_;
   Strip strip_;
   std::array<std::uint32_t, kMaxBetween + 2> path_{};
-  std::vector<std::uint32_t> ring_, ids_, halves_;
+  std::vector<std::uint32_t> ring_, ids_, halves_, bare_;
   PolygonCorners corners_;
   PolygonSplitter splitter_;
 };
@@ -189,14 +192,56 @@ bool still_allowed(const CellMap& map, const Candidate& c) {
   return true;
 }
 
+/// One round of search and execution from the given triangles; returns the number of strips
+/// re-split.
+std::uint64_t resplit(CellMap& map, std::span<const std::uint32_t> starts, std::uint32_t between) {
+  std::vector<Candidate> found(starts.size());
+  parallel_chunks(
+      starts.size(),
+      [&](std::size_t begin, std::size_t end) {
+        Finder finder(map, between);
+        for (std::size_t i = begin; i < end; ++i) {
+          finder.search(starts[i], found[i]);
+        }
+      },
+      kGrain);
+  std::vector<std::uint32_t> order;
+  for (std::uint32_t i = 0; i < found.size(); ++i) {
+    if (found[i].strip.count > 0) {
+      order.push_back(i);
+    }
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return found[a].gain > found[b].gain; });
+  std::vector<std::uint8_t> touched(map.face_count(), 0);
+  std::uint64_t done = 0;
+  for (const std::uint32_t i : order) {
+    const Candidate& c = found[i];
+    const std::span<const std::uint32_t> cross(c.strip.cross.data(), c.strip.count);
+    const bool free = std::all_of(cross.begin(), cross.end(), [&](std::uint32_t h) {
+      return map.half_alive(h) && !touched[map.face(h)] && !touched[map.face(CellMap::twin(h))];
+    });
+    if (!free || !still_allowed(map, c)) {
+      continue;
+    }
+    for (const std::uint32_t h : cross) {
+      touched[map.face(h)] = touched[map.face(CellMap::twin(h))] = 1;
+    }
+    for (const std::uint32_t h : cross) {
+      map.erase_edge(h);
+    }
+    apply_split(map, c.ring, c.split);
+    touched.resize(map.face_count(), 1);  // what split_face made
+    ++done;
+  }
+  return done;
+}
+
 }  // namespace
 
 PairReport pair_triangles(CellMap& map, std::uint32_t max_between) {
   PairReport report;
   std::vector<std::uint32_t> triangles;
-  std::vector<Candidate> found;
-  std::vector<std::uint32_t> order;
-  std::vector<std::uint8_t> touched;
   for (std::uint32_t between = 0; between <= std::min(max_between, kMaxBetween); ++between) {
     for (int round = 0; round < 4; ++round) {
       triangles.clear();
@@ -205,50 +250,7 @@ PairReport pair_triangles(CellMap& map, std::uint32_t max_between) {
           triangles.push_back(f);
         }
       }
-      found.assign(triangles.size(), {});
-      parallel_chunks(
-          triangles.size(),
-          [&](std::size_t begin, std::size_t end) {
-            Finder finder(map, between);
-            for (std::size_t i = begin; i < end; ++i) {
-              finder.search(triangles[i], found[i]);
-            }
-          },
-          kGrain);
-      order.clear();
-      for (std::uint32_t i = 0; i < found.size(); ++i) {
-        if (found[i].gain > 0) {
-          order.push_back(i);
-        }
-      }
-      std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-        return found[a].gain > found[b].gain;
-      });
-      touched.assign(map.face_count(), 0);
-      std::uint64_t done = 0;
-      for (const std::uint32_t i : order) {
-        const Candidate& c = found[i];
-        bool free = true;
-        for (std::uint32_t k = 0; k < c.strip.count; ++k) {
-          const std::uint32_t h = c.strip.cross[k];
-          free = free && map.half_alive(h) && !touched[map.face(h)] &&
-                 !touched[map.face(CellMap::twin(h))];
-        }
-        if (!free || !still_allowed(map, c)) {
-          continue;
-        }
-        for (std::uint32_t k = 0; k < c.strip.count; ++k) {
-          touched[map.face(c.strip.cross[k])] = 1;
-          touched[map.face(CellMap::twin(c.strip.cross[k]))] = 1;
-        }
-        for (std::uint32_t k = 0; k < c.strip.count; ++k) {
-          map.erase_edge(c.strip.cross[k]);
-        }
-        apply_split(map, c.ring, c.split);
-        // Faces that split_face made are beyond `touched`.
-        touched.resize(map.face_count(), 1);
-        ++done;
-      }
+      const std::uint64_t done = resplit(map, triangles, between);
       report.pairs += done;
       if (done == 0) {
         break;

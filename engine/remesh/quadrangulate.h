@@ -16,7 +16,7 @@ struct QuadrangulateOptions {
   /// Target length of a quad's side, in the mesh's unit; above zero.
   double side = 1.0;
   /// Edges shorter than this share of `side` are contracted (up to twice that where it pays).
-  double contract_below = 0.3;
+  double contract_below = 0.4;
   /// Strips of at most so many quads between two triangles are re-split.
   std::uint32_t pair_between = 4;
   /// Ends with one step of subdivision where a triangle is left: four quads a quad, three a

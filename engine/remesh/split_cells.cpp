@@ -12,6 +12,8 @@ namespace rattan {
 namespace {
 
 constexpr std::size_t kGrain = 32;
+/// Less than kValenceCost, as the neighbouring cells will change the valences too.
+constexpr double kSplitBias = 0.2;
 
 bool repeats_vertex(const CellMap& map, std::uint32_t f, std::vector<std::uint32_t>& ids) {
   ids.clear();
@@ -48,6 +50,12 @@ bool forbid_twins(const PolygonSplit& split, PolygonCorners& corners) {
 PolygonSplit plan(const CellMap& map, std::span<const std::uint32_t> halves,
                   PolygonSplitter& splitter, PolygonCorners& corners) {
   gather_corners(map, halves, {}, corners);
+  corners.bias.resize(corners.size());
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const std::uint32_t v = corners.vertex[i], valence = map.valence(v);
+    corners.bias[i] =
+        kSplitBias * (irregularity(map, v, valence + 1) - irregularity(map, v, valence));
+  }
   for (int attempt = 0; attempt < 8; ++attempt) {
     PolygonSplit split = splitter.split(corners, false, true);
     if (!split.feasible || !forbid_twins(split, corners)) {
@@ -109,6 +117,7 @@ void gather_corners(const CellMap& map, std::span<const std::uint32_t> halves,
   corners.position.resize(n);
   corners.normal.resize(n);
   corners.forbidden.assign(n * n, 0);
+  corners.bias.clear();
   for (std::size_t i = 0; i < n; ++i) {
     const std::uint32_t v = map.origin(halves[i]);
     corners.vertex[i] = v;

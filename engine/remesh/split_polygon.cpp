@@ -161,11 +161,12 @@ PolygonSplit PolygonSplitter::split(const PolygonCorners& polygon, bool quads_on
       std::array<std::uint8_t, 2> choice{kNoCorner, kNoCorner};
       for (std::size_t k = i + 1; k < j; ++k) {
         const double left = best_[i * n + k];
-        if (left >= best) {
+        if (left == kInfinity) {
           continue;
         }
-        if (!quads_only && left + best_[k * n + j] + kTriangle < best) {
-          const double cost = left + best_[k * n + j] + triangle_cost(i, k, j);
+        const double right = best_[k * n + j];
+        if (!quads_only && left + right + kTriangle < best) {
+          const double cost = left + right + triangle_cost(i, k, j);
           if (cost < best) {
             best = cost;
             choice = {static_cast<std::uint8_t>(k), kNoCorner};
@@ -181,6 +182,9 @@ PolygonSplit PolygonSplitter::split(const PolygonCorners& polygon, bool quads_on
             }
           }
         }
+      }
+      if (!polygon.bias.empty() && span + 1 < n) {
+        best += polygon.bias[i] + polygon.bias[j];
       }
       best_[i * n + j] = best;
       choice_[i * n + j] = choice;
@@ -212,6 +216,11 @@ PolygonSplit PolygonSplitter::split(const PolygonCorners& polygon, bool quads_on
   }
   if (split.feasible) {
     collect(0, n - 1, split);
+    if (!polygon.bias.empty()) {
+      for (const auto& [i, j] : split.diagonals) {
+        split.cost -= polygon.bias[i] + polygon.bias[j];
+      }
+    }
   }
   return split;
 }

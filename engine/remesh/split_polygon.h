@@ -25,6 +25,9 @@ struct PolygonCorners {
   /// corners x corners, row-major, used for row < column: 1 where the diagonal must not be used
   /// because the mesh has an edge between the two vertices (or they are the same vertex).
   std::vector<std::uint8_t> forbidden;
+  /// What a diagonal costs (or gains) at each of its ends besides the shape of the pieces; empty
+  /// for nothing. Chooses between splits, and isn't part of PolygonSplit::cost.
+  std::vector<double> bias;
 
   std::size_t size() const { return vertex.size(); }
 };
