@@ -27,7 +27,7 @@ Strength strength(const PolygonScene& scene, const Camera& camera, const RenderO
   const Vec3f b = camera.project(
       {static_cast<float>(scene.mean_edge()), 0.0F, static_cast<float>(2.6 * camera.diagonal())});
   const float edge = b.x() - a.x();  // pixels
-  return {std::clamp(0.12F * edge, 0.45F, options.line_width), std::min(0.30F * edge, 3.6F)};
+  return {std::clamp(0.12F * edge, 0.45F, options.line_width), std::min(0.27F * edge, 3.4F)};
 }
 
 Image polygons_image(const PolygonScene& scene, std::span<const Dot> dots, const Camera& camera,

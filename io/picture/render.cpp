@@ -301,12 +301,12 @@ Shade shade(const Vec3f& n, const Vec3f& view, const Occlusion::Light& light) {
   const float open = light.ambient * (0.35F + 0.65F * light.ambient);
   const float up = 0.5F + 0.5F * n.y();
   const Vec3f ambient =
-      open * (Vec3f(0.34F, 0.325F, 0.31F) * (1.0F - up) + Vec3f(0.47F, 0.48F, 0.50F) * up);
+      open * (Vec3f(0.30F, 0.287F, 0.273F) * (1.0F - up) + Vec3f(0.42F, 0.43F, 0.45F) * up);
   const float lit = std::max(0.0F, n.dot(key)) * (0.15F + 0.85F * light.key);
   const float filled = std::max(0.0F, n.dot(fill)) * (0.4F + 0.6F * light.ambient);
   const Vec3f half = (key - view).normalized();
   Shade out;
-  out.diffuse = ambient + lit * Vec3f(0.88F, 0.865F, 0.835F) + filled * Vec3f(0.15F, 0.16F, 0.18F);
+  out.diffuse = ambient + lit * Vec3f(0.74F, 0.728F, 0.704F) + filled * Vec3f(0.15F, 0.16F, 0.18F);
   out.gloss = 0.05F * light.key * std::pow(std::max(0.0F, n.dot(half)), 28.0F);
   return out;
 }
