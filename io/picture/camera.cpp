@@ -74,6 +74,12 @@ void Camera::fit(int width, int height, double margin) {
   cy_ = 0.5F * h + scale_ * 0.5F * (low_y_ + high_y_);
 }
 
+double Camera::frame_aspect() const {
+  const double wide = static_cast<double>(high_x_) - static_cast<double>(low_x_);
+  const double tall = static_cast<double>(high_y_) - static_cast<double>(low_y_);
+  return wide > 0.0 && tall > 0.0 && std::isfinite(wide / tall) ? wide / tall : 1.0;
+}
+
 void UpAxisGuess::add(std::span<const Vec3f> positions, std::span<const LocalTriangle> triangles) {
   const Vec3d slab = low_ + 0.02 * (high_ - low_);
   for (const LocalTriangle& t : triangles) {

@@ -38,6 +38,8 @@ class Camera {
   void include(std::span<const Vec3f> points);
   /// The frame in a picture of width x height with a margin (a fraction of the smaller side).
   void fit(int width, int height, double margin);
+  /// Width over height of what the frame holds.
+  double frame_aspect() const;
 
   /// Picture coordinates (pixels, y down) of a point in camera space; z stays.
   Vec3f project(const Vec3f& p) const {

@@ -14,6 +14,7 @@ namespace rattan {
 namespace {
 
 constexpr Rgb kInk{58, 60, 66};
+constexpr double kMargin = 0.05;  // of a panel's smaller side
 
 /// Thinner lines and smaller dots where the faces are small on the picture.
 struct Strength {
@@ -26,8 +27,7 @@ Strength strength(const PolygonScene& scene, const Camera& camera, const RenderO
   const Vec3f b = camera.project(
       {static_cast<float>(scene.mean_edge()), 0.0F, static_cast<float>(2.6 * camera.diagonal())});
   const float edge = b.x() - a.x();  // pixels
-  return {std::clamp(0.12F * edge, 0.45F, options.line_width),
-          std::clamp(0.30F * edge, 1.6F, 3.6F)};
+  return {std::clamp(0.12F * edge, 0.45F, options.line_width), std::min(0.27F * edge, 3.4F)};
 }
 
 Image polygons_image(const PolygonScene& scene, std::span<const Dot> dots, const Camera& camera,
@@ -39,8 +39,8 @@ Image polygons_image(const PolygonScene& scene, std::span<const Dot> dots, const
 
 }  // namespace
 
-Image render_panels(const PanelInput& input, const RenderOptions& options,
-                    const Camera::View* view) {
+Image render_panels(const PanelInput& input, const RenderOptions& most, const Camera::View* view) {
+  RenderOptions options = most;
   ensure(static_cast<bool>(input.scan) || input.remesh != nullptr, "a picture shows something");
   std::optional<PolygonScene> remesh;
   if (input.remesh != nullptr) {
@@ -65,7 +65,11 @@ Image render_panels(const PanelInput& input, const RenderOptions& options,
   if (remesh) {
     camera.include(remesh->mesh().positions);
   }
-  camera.fit(options.width, options.height, 0.05);
+  // Tall things get narrow panels.
+  const double aspect = camera.frame_aspect() + 2.0 * kMargin;
+  options.width = std::clamp(static_cast<int>(std::lround(aspect * options.height)),
+                             std::min(options.width, options.height / 2), options.width);
+  camera.fit(options.width, options.height, kMargin);
 
   std::vector<std::pair<Image, std::string>> panels;
   if (input.scan) {
@@ -86,8 +90,10 @@ Image render_panels(const PanelInput& input, const RenderOptions& options,
   }
   if (remesh) {
     std::vector<Dot> dots;
-    if (input.irregular_dots) {
-      dots = remesh->irregular_vertices(*input.remesh, strength(*remesh, camera, options).dot);
+    // Dots smaller than a pixel or so would only colour the surface.
+    if (const float radius = strength(*remesh, camera, options).dot;
+        input.irregular_dots && radius >= 1.2F) {
+      dots = remesh->irregular_vertices(*input.remesh, radius);
     }
     panels.emplace_back(polygons_image(*remesh, dots, camera, options), input.remesh_label);
   }
@@ -125,7 +131,7 @@ Image render_polygons(const PolygonMesh& mesh, const RenderOptions& options,
   const Camera::View from = view != nullptr ? *view : Camera::default_view(low, high, up.axis());
   Camera camera(low - middle, high - middle, from);
   camera.include(scene.mesh().positions);
-  camera.fit(options.width, options.height, 0.05);
+  camera.fit(options.width, options.height, kMargin);
   return polygons_image(scene, {}, camera, options);
 }
 

@@ -301,64 +301,85 @@ Shade shade(const Vec3f& n, const Vec3f& view, const Occlusion::Light& light) {
   const float open = light.ambient * (0.35F + 0.65F * light.ambient);
   const float up = 0.5F + 0.5F * n.y();
   const Vec3f ambient =
-      open * (Vec3f(0.34F, 0.325F, 0.31F) * (1.0F - up) + Vec3f(0.47F, 0.48F, 0.50F) * up);
+      open * (Vec3f(0.30F, 0.287F, 0.273F) * (1.0F - up) + Vec3f(0.42F, 0.43F, 0.45F) * up);
   const float lit = std::max(0.0F, n.dot(key)) * (0.15F + 0.85F * light.key);
   const float filled = std::max(0.0F, n.dot(fill)) * (0.4F + 0.6F * light.ambient);
   const Vec3f half = (key - view).normalized();
   Shade out;
-  out.diffuse = ambient + lit * Vec3f(0.88F, 0.865F, 0.835F) + filled * Vec3f(0.15F, 0.16F, 0.18F);
+  out.diffuse = ambient + lit * Vec3f(0.74F, 0.728F, 0.704F) + filled * Vec3f(0.15F, 0.16F, 0.18F);
   out.gloss = 0.05F * light.key * std::pow(std::max(0.0F, n.dot(half)), 28.0F);
   return out;
 }
 
-Image resolve(const SampleGrid& grid, const Occlusion& occlusion, const Camera& camera,
-              std::size_t look, const std::vector<float>& field, const RenderOptions& options) {
+/// Samples to pixels, all looks at once. `field`: opacity of the field's lines, where a look has
+/// any.
+std::vector<Image> resolve(const SampleGrid& grid, const Occlusion& occlusion, const Camera& camera,
+                           std::span<const Look> looks, const std::vector<float>& field,
+                           const RenderOptions& options) {
   static const Tone kTone;
-  Image image(options.width, options.height, options.background);
+  std::vector<Image> images(looks.size(), Image(options.width, options.height, options.background));
   const auto s = static_cast<std::size_t>(grid.samples);
-  parallel_indices(
+  Vec3f background;
+  for (int k = 0; k < 3; ++k) {
+    background[k] = kTone.linear[options.background[static_cast<std::size_t>(k)]];
+  }
+  const auto pixel = [&](std::size_t x, std::size_t y, std::vector<Vec3f>& sums) {
+    std::fill(sums.begin(), sums.end(), Vec3f::Zero());
+    const Vec3f view =
+        camera.ray(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F).normalized();
+    const float line =
+        field.empty() ? 0.0F : field[y * static_cast<std::size_t>(options.width) + x];
+    // Light is looked up again only for samples on another piece of surface than the one before.
+    float depth = 0.0F;
+    Vec3f normal = Vec3f::Zero();
+    Occlusion::Light light;
+    bool hit = false;
+    for (std::size_t i = 0; i < s * s; ++i) {
+      const std::size_t at = (y * s + i / s) * grid.fine_width() + x * s + i % s;
+      if (!std::isfinite(grid.depth[at])) {
+        for (Vec3f& sum : sums) {
+          sum += background;
+        }
+        continue;
+      }
+      const Vec3f n = grid.normal(at);
+      if (!hit || n.dot(normal) < 0.97F || std::abs(grid.depth[at] - depth) > occlusion.nearby()) {
+        light = occlusion.at(grid, at, static_cast<int>(x), static_cast<int>(y));
+        depth = grid.depth[at];
+        normal = n;
+      }
+      hit = true;
+      const Shade shaded = shade(n, view, light);
+      for (std::size_t l = 0; l < looks.size(); ++l) {
+        Rgb albedo = grid.colours[at * looks.size() + l];
+        if (looks[l] == Look::kField) {
+          albedo = mix(albedo, kFieldColour, 0.82F * line);
+        }
+        for (int k = 0; k < 3; ++k) {
+          sums[l][k] +=
+              std::min(1.0F, kTone.linear[albedo[static_cast<std::size_t>(k)]] * shaded.diffuse[k] +
+                                 shaded.gloss);
+        }
+      }
+    }
+    for (std::size_t l = 0; hit && l < looks.size(); ++l) {
+      const Vec3f mean = sums[l] / static_cast<float>(s * s);
+      images[l].at(static_cast<int>(x), static_cast<int>(y)) = {
+          kTone.encode(mean[0]), kTone.encode(mean[1]), kTone.encode(mean[2])};
+    }
+  };
+  parallel_chunks(
       static_cast<std::size_t>(options.height),
-      [&](std::size_t y) {
-        for (std::size_t x = 0; x < static_cast<std::size_t>(options.width); ++x) {
-          Vec3f sum = Vec3f::Zero();
-          bool hit = false;
-          const float line =
-              field.empty() ? 0.0F : field[y * static_cast<std::size_t>(options.width) + x];
-          for (std::size_t j = 0; j < s; ++j) {
-            for (std::size_t i = 0; i < s; ++i) {
-              const std::size_t at = (y * s + j) * grid.fine_width() + x * s + i;
-              if (!std::isfinite(grid.depth[at])) {
-                for (int k = 0; k < 3; ++k) {
-                  sum[k] += kTone.linear[options.background[static_cast<std::size_t>(k)]];
-                }
-                continue;
-              }
-              hit = true;
-              const Vec3f n = grid.normal(at);
-              const Vec3f view =
-                  camera.ray(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F)
-                      .normalized();
-              const Shade light =
-                  shade(n, view, occlusion.at(grid, at, static_cast<int>(x), static_cast<int>(y)));
-              const Rgb albedo = mix(grid.colours[at * static_cast<std::size_t>(grid.looks) + look],
-                                     kFieldColour, 0.82F * line);
-              for (int k = 0; k < 3; ++k) {
-                sum[k] += std::min(
-                    1.0F, kTone.linear[albedo[static_cast<std::size_t>(k)]] * light.diffuse[k] +
-                              light.gloss);
-              }
-            }
-          }
-          if (hit) {
-            const auto weight = 1.0F / static_cast<float>(s * s);
-            image.at(static_cast<int>(x), static_cast<int>(y)) = {kTone.encode(sum[0] * weight),
-                                                                  kTone.encode(sum[1] * weight),
-                                                                  kTone.encode(sum[2] * weight)};
+      [&](std::size_t begin, std::size_t end) {
+        std::vector<Vec3f> sums(looks.size());
+        for (std::size_t y = begin; y < end; ++y) {
+          for (std::size_t x = 0; x < static_cast<std::size_t>(options.width); ++x) {
+            pixel(x, y, sums);
           }
         }
       },
       kRows);
-  return image;
+  return images;
 }
 
 void draw_dots(Image& image, const SampleGrid& grid, const Camera& camera,
@@ -372,7 +393,8 @@ void draw_dots(Image& image, const SampleGrid& grid, const Camera& camera,
         !(at.z() <= grid.depth[grid.middle(x, y)] + slack)) {
       continue;
     }
-    draw_dot(image, {at.x(), at.y()}, dot.radius, dot.colour, 1.0F, {250, 250, 250});
+    draw_dot(image, {at.x(), at.y()}, dot.radius, dot.colour, dot.radius < 2.5F ? 0.0F : 1.0F,
+             {250, 250, 250});
   }
 }
 
@@ -409,15 +431,14 @@ std::vector<Image> render(const SurfaceSource& surface, const Camera& camera,
   } else {
     surface([&](const SceneMesh& mesh) { occlusion.add(PartScene(device.get(), mesh, camera)); });
   }
-  std::vector<Image> images;
+  std::vector<float> field;
+  if (with_field) {
+    field = trace_field_lines(grid, camera, options.field_spacing, options.line_width);
+  }
+  std::vector<Image> images = resolve(grid, occlusion, camera, looks, field, options);
   for (std::size_t l = 0; l < looks.size(); ++l) {
-    std::vector<float> field;
-    if (looks[l] == Look::kField) {
-      field = trace_field_lines(grid, camera, options.field_spacing, options.line_width);
-    }
-    images.push_back(resolve(grid, occlusion, camera, l, field, options));
     if (looks[l] != Look::kPlain) {
-      draw_dots(images.back(), grid, camera, dots);
+      draw_dots(images[l], grid, camera, dots);
     }
   }
   return images;

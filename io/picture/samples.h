@@ -64,6 +64,8 @@ class Occlusion {
     float key = 1.0F;
   };
   /// Of one sample: the mean over the surrounding pixels that lie on the same piece of surface.
+  /// Depths this near to each other are on the same piece of surface.
+  float nearby() const { return 0.03F * reach_; }
   Light at(const SampleGrid& grid, std::size_t sample, int x, int y) const;
 
  private:
