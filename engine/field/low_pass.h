@@ -12,9 +12,6 @@ namespace rattan {
 struct LowPassOptions {
   /// Root mean square reach of the filter, a length; 0 copies the positions.
   double radius = 0.0;
-  /// Passes over the tiles for each of the two filter steps, and relaxation sweeps in each.
-  int passes = 2;
-  int sweeps = 6;
 };
 
 /// The reach that `wanted` (a length) is cut down to, so that thin parts keep their girth: a few

@@ -165,8 +165,10 @@ void coarse_rows(GalerkinState<Block>& s, const SystemLevel<Block>& fine, const 
       CoarseTerm<Block> term{zero_value<Block>(), {}, 0.0F, 0.0F};
       row.begin(base + a);
       for (const std::uint32_t i : lists[a]) {
+        // An odd turn exchanges the parts.
+        const std::size_t swapped = Ops::kPeriodic ? Ops::turn(gauge[i]) & 1U : 0U;
         for (std::size_t p = 0; p < Ops::kParts; ++p) {
-          row.add_diagonal(p, f.stiffness(i, p));
+          row.add_diagonal(p ^ swapped, f.stiffness(i, p));
         }
         term.fit += f.fit_of(i);
         term.count += f.count(i);

@@ -13,12 +13,37 @@ namespace rattan {
 namespace {
 
 constexpr float kOverRelaxation = 1.5F;
-constexpr int kCoarsestSweeps = 1000;
+/// The coarsest level keeps the best of a few random starts: a start decides which way phases wind
+/// around handles, and no finer level can undo a bad winding.
+constexpr int kStarts = 4;
+constexpr int kStartSweeps = 128;
+constexpr int kCoarsestSweeps = 512;
 constexpr int kCoarseSweeps = 64;
 constexpr int kSecondLevelSweeps = 16;
 /// Sweeps between exchanges of halos on coarse levels of several tiles.
 constexpr int kSweepsPerPass = 4;
 constexpr int kUnitSweeps = 3;
+
+// The seed whose start leads to the least energy after a few sweeps.
+template <class Block>
+std::uint64_t best_seed(SystemLevel<Block>& s, SmoothPlan<Block> plan, float penalty,
+                        SolveReport& report, TaskGraph& tasks) {
+  std::uint64_t best = 0;
+  double least = 0.0;
+  for (plan.seed = 0; plan.seed < kStarts; ++plan.seed) {
+    smooth<Block>(s, nullptr, plan, tasks);
+    const double energy = evaluate(s, penalty, tasks).energy;
+    if (plan.seed == 0 || energy < least) {
+      least = energy;
+      best = plan.seed;
+    }
+    if (s.finest != nullptr) {
+      report.passes += static_cast<std::uint64_t>(plan.passes) + 1;
+      report.iterations += static_cast<std::uint64_t>(plan.passes * plan.sweeps);
+    }
+  }
+  return best;
+}
 
 template <class Block>
 void solve_periodic(SystemHierarchy<Block>& system, const SolveOptions& options,
@@ -39,6 +64,8 @@ void solve_periodic(SystemHierarchy<Block>& system, const SolveOptions& options,
     };
     if (k == coarsest) {
       plan.start = Start::kSeed;
+      split(kStartSweeps);
+      plan.seed = best_seed(s, plan, options.penalty, report, tasks);
       split(kCoarsestSweeps);
       smooth<Block>(s, nullptr, plan, tasks);
       if (k == 0) {

@@ -18,11 +18,12 @@ std::uint64_t mix(std::uint64_t z) {
 }
 
 template <class Block>
-Value<Block> seed_value(std::uint64_t node) {
+Value<Block> seed_value(std::uint64_t seed, std::uint64_t node) {
   Value<Block> v = zero_value<Block>();
   if constexpr (BlockOps<Block>::kPeriodic) {
     for (std::size_t p = 0; p < BlockOps<Block>::kParts; ++p) {
-      const double unit_interval = static_cast<double>(mix(2 * node + p) >> 11U) * 0x1p-53;
+      const double unit_interval =
+          static_cast<double>(mix(mix(seed) + 2 * node + p) >> 11U) * 0x1p-53;
       const exact::SinCos a = exact::sincos(2.0 * exact::kPi * unit_interval);
       reals<Block>(v)[2 * p] = static_cast<float>(a.cos);
       reals<Block>(v)[2 * p + 1] = static_cast<float>(a.sin);
@@ -50,7 +51,7 @@ HaloBoard<Value<Block>> start_board(const SystemLevel<Block>& fine,
     const TileExtent& e = level.layout.tiles[t];
     const auto border = read(*level.store, level.halo.border, TileId(t));
     for (std::uint32_t k = 0; k < e.border; ++k) {
-      board[e.border_first + k] = seed_value<Block>(e.first + border[k]);
+      board[e.border_first + k] = seed_value<Block>(plan.seed, e.first + border[k]);
     }
   }
   return board;
@@ -153,7 +154,7 @@ std::array<double, 2> smooth(SystemLevel<Block>& fine, const SystemLevel<Block>*
             s.x.assign(owned, zero_value<Block>());
           } else {
             for (std::uint32_t i = 0; i < owned; ++i) {
-              s.x.push_back(seed_value<Block>(s.tile.extent.first + i));
+              s.x.push_back(seed_value<Block>(plan.seed, s.tile.extent.first + i));
             }
           }
           for (const std::uint32_t slot : s.tile.halo_slots) {

@@ -18,6 +18,7 @@ enum class Start {
 template <class Block>
 struct SmoothPlan {
   Start start = Start::kStored;
+  std::uint64_t seed = 0;  ///< of kSeed
   int passes = 1;
   int sweeps = 1;          ///< in each tile, each pass
   int unit_sweeps = 0;     ///< more of them at unit norm in the last pass

@@ -98,6 +98,7 @@ class Reference {
     if constexpr (Ops::kPeriodic) {
       normalise_parts();
       if (options.penalty > 0.0F) {
+        locked_.assign(n_, 0);  // the penalty anchors every component by itself
         newton(report);
       }
       if (options.unit_norm) {

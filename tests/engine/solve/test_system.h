@@ -3,9 +3,9 @@
 
 // Systems on abstract graphs: edges with a gauge each, tiled in the order of the nodes.
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <functional>
 #include <random>
 #include <string>
 #include <vector>
@@ -235,12 +235,15 @@ Coefficient<Block> frame_change(std::uint32_t turns) {
 /// (radians), seen in randomly turned frames.
 template <class Block>
 std::vector<Edge<Block>> phase_grid(std::uint32_t width, std::uint32_t height, bool wraps,
-                                    double step_x, double step_y, double noise,
-                                    std::uint32_t seed) {
+                                    double step_x, double step_y, double noise, std::uint32_t seed,
+                                    std::vector<std::uint32_t>* frames_out = nullptr) {
   using Ops = BlockOps<Block>;
   std::mt19937 random(seed);
   const auto uniform = [&] { return static_cast<double>(random()) / 4294967296.0; };
   const auto frames = random_frames(width * height, random, true);
+  if (frames_out != nullptr) {
+    *frames_out = frames;
+  }
   std::vector<Edge<Block>> out;
   for (const GridEdge& g : grid_edges(width, height, wraps, curve_order(width, height))) {
     const auto w = static_cast<float>(0.2 + uniform());
@@ -250,6 +253,23 @@ std::vector<Edge<Block>> phase_grid(std::uint32_t width, std::uint32_t height, b
     c = Ops::compose(Ops::compose(frame_change<Block>(frames[g.i]), c),
                      Ops::adjoint(frame_change<Block>(frames[g.j])));
     out.push_back({g.i, g.j, w, c});
+  }
+  return out;
+}
+
+/// A grid with any transport on every edge: nothing closes up.
+template <class Block>
+std::vector<Edge<Block>> wild_grid(std::uint32_t width, std::uint32_t height, std::uint32_t seed) {
+  std::mt19937 random(seed);
+  const auto uniform = [&] { return static_cast<double>(random()) / 4294967296.0; };
+  std::vector<Edge<Block>> out;
+  for (const GridEdge& g : grid_edges(width, height, false, curve_order(width, height))) {
+    const auto w = static_cast<float>(0.2 + uniform());
+    const double delta = 6.0 * uniform();
+    const double delta_perp = 6.0 * uniform();
+    out.push_back(
+        {g.i, g.j, w,
+         make_coefficient<Block>(w, delta, delta_perp, static_cast<std::uint32_t>(random() % 4))});
   }
   return out;
 }
