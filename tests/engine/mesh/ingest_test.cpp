@@ -588,7 +588,8 @@ TEST(Ingest, BadIndicesAndEmptyScansAreTheInputsFault) {
 }
 
 TEST(Ingest, AgreesWithTheInMemoryTiler) {
-  const auto i = ingest_and_check(torus(20, 15), 40);
+  const auto i =
+      ingest_and_check(joined(torus(20, 15), grid(5, 6, true, false), Vec3d(9, 0, 0)), 40);
   std::vector<Vec3d> positions;
   std::vector<std::array<std::uint32_t, 3>> triangles;
   for (const Vec3f& p : i.whole.positions) {
@@ -601,7 +602,10 @@ TEST(Ingest, AgreesWithTheInMemoryTiler) {
   MemoryStore store;
   const ScanMesh direct = tile_indexed_mesh(store, positions, triangles, 40);
   EXPECT_EQ(read_back(store, direct), i.whole);
+  check_topology(direct, i.whole);
   EXPECT_EQ(direct.topology.edges, i.mesh.topology.edges);
+  EXPECT_NEAR(direct.area, i.mesh.area, 1e-9 * direct.area);
+  EXPECT_NEAR(direct.mean_edge_length, i.mesh.mean_edge_length, 1e-9 * direct.mean_edge_length);
 }
 
 TEST(Ingest, LeavesNoScratchBehind) {
