@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <unordered_map>
 
+#include <Eigen/Geometry>
+
 namespace rattan {
 
 TileMesh load_tile(Store& store, const ScanMesh& mesh, TileId tile) {
@@ -81,9 +83,8 @@ ScanMesh tile_indexed_mesh(Store& store, std::span<const Vec3d> positions,
       ++sides[std::min(a, b) << 32 | std::max(a, b)];
       mesh.mean_edge_length += (positions[a] - positions[b]).norm();
     }
-    mesh.area += 0.5 * (positions[t[1]] - positions[t[0]])
-                           .cross(positions[t[2]] - positions[t[0]])
-                           .norm();
+    mesh.area +=
+        0.5 * (positions[t[1]] - positions[t[0]]).cross(positions[t[2]] - positions[t[0]]).norm();
   }
   mesh.mean_edge_length /= std::max<double>(1.0, 3.0 * static_cast<double>(sorted.size()));
   std::vector<std::uint8_t> flags(n, 0);
