@@ -10,10 +10,10 @@
 
 namespace rattan {
 
-/// The faces of the arrangement as polygons; of output size. A valid combinatorial map, but not yet a
-/// simple mesh: faces of one or two corners, loops, multi-edges, faces that meet themselves along an
-/// edge, and vertices of valence two all occur. Its Euler characteristic, components and boundary
-/// loops are those of the scan.
+/// The faces of the arrangement as polygons; of output size. A valid combinatorial map, but not yet
+/// a simple mesh: faces of one or two corners, loops, multi-edges, faces that meet themselves along
+/// an edge, and vertices of valence two all occur. Its Euler characteristic, components and
+/// boundary loops are those of the scan.
 struct CellComplex {
   PolygonMesh mesh;
   /// One a corner: the edge from that corner's vertex to the next corner's vertex of its face. An
