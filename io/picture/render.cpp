@@ -158,8 +158,8 @@ class Sampler {
     // Across creases the mean of the neighbours' normals says little.
     const float agree = n.dot(flat);
     n = agree > 0.0F || !n.allFinite() ? n : Vec3f(-n);
-    n = (n * smooth_step(0.4F, 0.8F, std::abs(agree)) +
-         flat * (1.0F - smooth_step(0.4F, 0.8F, std::abs(agree))));
+    n = (n * smooth_step(0.65F, 0.92F, std::abs(agree)) +
+         flat * (1.0F - smooth_step(0.65F, 0.92F, std::abs(agree))));
     const bool inside = flat.dot(ray) > 0.0F;
     if (inside) {
       n = -n;
