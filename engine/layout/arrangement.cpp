@@ -48,12 +48,12 @@ class Extraction {
     }
     report_ = {};
     trace_tiles(all, true);
-    Skeleton skeleton = stitch(tiles_, cuts_, trace_.length_scale);
+    Skeleton skeleton = stitch(tiles_, cuts_, {trace_, static_cast<std::int64_t>(kLengthSteps)});
     report_.dangling_ends = skeleton.counts.dangling_ends;
     report_.dropped_circles = skeleton.counts.dropped_circles;
     while (cut(skeleton)) {
-      skeleton = {};
-      skeleton = stitch(tiles_, cuts_, trace_.length_scale);
+      skeleton = {};  // before the next one is built
+      skeleton = stitch(tiles_, cuts_, {trace_, static_cast<std::int64_t>(kLengthSteps)});
     }
     Assembly assembly = assemble(skeleton, kLengthSteps, [&](std::span<const ArcRequest> requests) {
       return polylines(requests);

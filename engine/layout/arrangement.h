@@ -17,7 +17,9 @@ namespace rattan {
 struct ArrangementOptions {
   double omega = 1.0;  ///< the period, a length; positive
   int density = 2;     ///< iso-lines a period, at least 1; the cells' side is omega / density
-  double corner_degrees = 50.0;  ///< boundary vertices that turn further become vertices
+  /// Boundary vertices that turn further, both from edge to edge and at the scale of the cells,
+  /// become vertices.
+  double corner_degrees = 50.0;
 };
 
 struct ArrangementReport {

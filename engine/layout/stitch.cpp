@@ -2,6 +2,7 @@
 #include "engine/layout/stitch.h"
 
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 
 #include "engine/core/errors.h"
@@ -12,8 +13,9 @@ namespace {
 
 class Stitcher {
  public:
-  Stitcher(std::span<const TileGraph> tiles, std::span<const PointKey> cuts, double scale)
-      : tiles_(tiles), cuts_(cuts), scale_(scale) {}
+  Stitcher(std::span<const TileGraph> tiles, std::span<const PointKey> cuts,
+           const StitchOptions& options)
+      : tiles_(tiles), cuts_(cuts), options_(options) {}
 
   Skeleton run() {
     number();
@@ -24,7 +26,12 @@ class Stitcher {
     count_vertices();
     peel();
     compact();
+    find_essential();
     find_strands();
+    if (keep_true_corners()) {
+      find_essential();
+      find_strands();
+    }
     drop_circles();
     mark_faces();
     return std::move(k_);
@@ -173,7 +180,8 @@ class Stitcher {
       a.left = left;
       a.right = right;
       a.triangle = triangle;
-      a.length = fixed_length(k_.nodes[low].position, k_.nodes[high].position, scale_);
+      a.length = fixed_length(k_.nodes[low].position, k_.nodes[high].position,
+                              options_.trace.length_scale);
       a.cut = right != kNone;
       for (const std::uint32_t n : a.node) {
         k_.nodes[n].triangle = std::min(k_.nodes[n].triangle, triangle);
@@ -349,6 +357,10 @@ class Stitcher {
     begin[k_.nodes.size()] = kept;
     k_.darts.resize(kept);
     k_.dart_begin = std::move(begin);
+  }
+
+  void find_essential() {
+    k_.essential.clear();
     k_.is_essential.assign(k_.nodes.size(), 0);
     for (std::uint32_t n = 0; n < k_.nodes.size(); ++n) {
       const std::uint32_t degree = k_.degree(n);
@@ -383,7 +395,111 @@ class Stitcher {
     k_.strands.push_back(s);
   }
 
+  /// Scanned boundaries zigzag from vertex to vertex; a corner is one at the scale of the cells
+  /// too. True if some vertices are corners no more.
+  bool keep_true_corners() {
+    std::vector<std::uint32_t> after(k_.nodes.size(), kNone);   // boundary strand that leaves
+    std::vector<std::uint32_t> before(k_.nodes.size(), kNone);  // and arrives
+    for (std::uint32_t i = 0; i < k_.strands.size(); ++i) {
+      const Strand& s = k_.strands[i];
+      if (s.boundary && !s.closed) {
+        after[k_.start(s.first)] = i;
+        before[k_.end(s.last)] = i;
+      }
+    }
+    const auto other_end = [&](std::uint32_t strand, bool forward) {
+      const Strand& s = k_.strands[strand];
+      return forward ? k_.end(s.last) : k_.start(s.first);
+    };
+    // Half a side, but short on short loops.
+    std::vector<std::int64_t> window(k_.nodes.size(), -1);
+    for (const std::uint32_t n : k_.essential) {
+      if (after[n] == kNone || window[n] >= 0) {
+        continue;
+      }
+      std::int64_t loop = 0;
+      std::uint32_t at = n;
+      do {
+        loop += k_.strands[after[at]].length;
+        at = other_end(after[at], true);
+      } while (at != n);
+      do {
+        window[at] = std::min(options_.side / 2, loop / 8);
+        at = other_end(after[at], true);
+      } while (at != n);
+    }
+    // The place on the boundary one window away, straight between nodes.
+    const auto place = [&](std::uint32_t from, bool forward) -> Vec3d {
+      std::int64_t left = window[from];
+      std::uint32_t at = from;
+      for (;;) {
+        const std::uint32_t strand = forward ? after[at] : before[at];
+        const std::uint32_t to = other_end(strand, forward);
+        const std::int64_t length = k_.strands[strand].length;
+        const Vec3d& p = k_.nodes[at].position;
+        const Vec3d& q = k_.nodes[to].position;
+        if (length > left) {
+          return p + (static_cast<double>(left) / static_cast<double>(length)) * (q - p);
+        }
+        left -= length;
+        at = to;
+        if (at == from) {
+          return q;
+        }
+      }
+    };
+    struct Turn {
+      std::uint32_t node;
+      double cosine;
+    };
+    std::vector<Turn> turns;
+    for (const std::uint32_t n : k_.essential) {
+      if ((k_.nodes[n].flags & kCornerNode) == 0) {
+        continue;
+      }
+      if (after[n] == kNone || before[n] == kNone) {
+        continue;
+      }
+      const Vec3d in = k_.nodes[n].position - place(n, false);
+      const Vec3d out = place(n, true) - k_.nodes[n].position;
+      const double lengths = std::sqrt(in.squaredNorm() * out.squaredNorm());
+      const double cosine = lengths > 0.0 ? in.dot(out) / lengths : 1.0;
+      if (cosine < options_.trace.corner_cosine) {
+        turns.push_back({n, cosine});
+      }
+      k_.nodes[n].flags &= static_cast<std::uint8_t>(~kCornerNode);
+    }
+    // The sharpest first; it silences the others within its window.
+    std::stable_sort(turns.begin(), turns.end(),
+                     [](const Turn& x, const Turn& y) { return x.cosine < y.cosine; });
+    std::vector<std::uint8_t> silent(k_.nodes.size(), 0);
+    for (const Turn& t : turns) {
+      if (silent[t.node] != 0) {
+        continue;
+      }
+      k_.nodes[t.node].flags |= kCornerNode;
+      for (const bool forward : {false, true}) {
+        std::int64_t left = window[t.node];
+        for (std::uint32_t at = t.node;;) {
+          const std::uint32_t strand = forward ? after[at] : before[at];
+          left -= k_.strands[strand].length;
+          at = other_end(strand, forward);
+          if (left < 0 || at == t.node) {
+            break;
+          }
+          silent[at] = 1;
+        }
+      }
+    }
+    bool changed = false;
+    for (const std::uint32_t n : k_.essential) {
+      changed = changed || (k_.degree(n) == 2 && (k_.nodes[n].flags & kCornerNode) == 0);
+    }
+    return changed;
+  }
+
   void find_strands() {
+    k_.strands.clear();
     used_.assign(k_.arcs.size(), 0);
     for (const std::uint32_t n : k_.essential) {
       for (std::uint32_t i = k_.dart_begin[n]; i < k_.dart_begin[n + 1]; ++i) {
@@ -449,7 +565,7 @@ class Stitcher {
 
   std::span<const TileGraph> tiles_;
   std::span<const PointKey> cuts_;
-  double scale_;
+  StitchOptions options_;
   Skeleton k_;
   std::vector<std::uint32_t> node_base_;
   std::vector<std::uint32_t> same_;
@@ -481,8 +597,8 @@ std::uint32_t Skeleton::next_around(std::uint32_t dart) const {
 }
 
 Skeleton stitch(std::span<const TileGraph> tiles, std::span<const PointKey> cuts,
-                double length_scale) {
-  return Stitcher(tiles, cuts, length_scale).run();
+                const StitchOptions& options) {
+  return Stitcher(tiles, cuts, options).run();
 }
 
 }  // namespace rattan::layout

@@ -292,6 +292,31 @@ TEST(Arrangement, SpacesVerticesAlongLongEdges) {
   }
 }
 
+TEST(Arrangement, FindsCornersAtTheScaleOfTheCells) {
+  // A square whose lower boundary zigzags by one edge, which turns by 45 degrees or more
+  // everywhere.
+  IndexedMesh m = testing::grid(24, 24);
+  for (std::uint32_t x = 1; x < 24; x += 2) {
+    m.positions[x].y() = -1.2;
+  }
+  const auto constant = [](const Vec3d&) { return 0.4; };
+  const Fields f = phases_only(m, Vec3d(1, 0, 0), constant, constant);
+  for (const std::uint32_t tile : {kOneTile, 30U}) {
+    const Extracted e = extract(m, f, 24.0, 2, tile);
+    expect_decomposition(m, e.cells);
+    std::vector<Vec3d> corners;
+    for (std::size_t v = 0; v < e.cells.mesh.vertex_count(); ++v) {
+      if ((e.cells.mesh.vertex_flags[v] & kCornerVertex) != 0) {
+        corners.push_back(e.cells.mesh.positions[v]);
+      }
+    }
+    ASSERT_EQ(corners.size(), 4U);
+    for (const Vec3d& c : corners) {
+      EXPECT_TRUE(c.x() <= 1 || c.x() >= 23) << c.transpose();
+    }
+  }
+}
+
 TEST(Arrangement, SurvivesTrianglesWithoutArea) {
   IndexedMesh m = testing::plate({"####", "#..#", "####"});
   for (Vec3d& p : m.positions) {
