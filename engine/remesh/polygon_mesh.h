@@ -13,9 +13,9 @@ namespace rattan {
 
 /// Faces of any degree over shared vertices. Oriented like the scan.
 struct PolygonMesh {
-  std::vector<Vec3d> positions;             ///< relative to ScanMesh::origin
-  std::vector<std::uint64_t> face_begin{0}; ///< faces + 1 offsets into corners
-  std::vector<std::uint32_t> corners;       ///< vertex of each corner, counter-clockwise
+  std::vector<Vec3d> positions;              ///< relative to ScanMesh::origin
+  std::vector<std::uint64_t> face_begin{0};  ///< faces + 1 offsets into corners
+  std::vector<std::uint32_t> corners;        ///< vertex of each corner, counter-clockwise
   /// Optional, one a vertex: scan triangle (global id) nearest to the vertex when it was made; a
   /// starting point for projection.
   std::vector<std::uint64_t> scan_triangle;
@@ -28,7 +28,9 @@ struct PolygonMesh {
   std::span<const std::uint32_t> face(std::size_t f) const {
     return {corners.data() + face_begin[f], degree(f)};
   }
-  std::span<std::uint32_t> face(std::size_t f) { return {corners.data() + face_begin[f], degree(f)}; }
+  std::span<std::uint32_t> face(std::size_t f) {
+    return {corners.data() + face_begin[f], degree(f)};
+  }
   void add_face(std::span<const std::uint32_t> vertices) {
     corners.insert(corners.end(), vertices.begin(), vertices.end());
     face_begin.push_back(corners.size());

@@ -23,6 +23,55 @@ std::uint64_t count_triangles(const CellMap& map) {
   return count;
 }
 
+/// One round: divides the quads that are bad now and insets those that this leaves undividable.
+std::uint64_t divide_bad_quads(PolygonMesh& mesh, double least) {
+  std::vector<std::uint32_t> bad;
+  for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
+    const auto v = mesh.face(f);
+    if (v.size() == 4 && !(scaled_jacobian(mesh.positions[v[0]], mesh.positions[v[1]],
+                                           mesh.positions[v[2]], mesh.positions[v[3]]) > least)) {
+      bad.push_back(f);
+    }
+  }
+  if (bad.empty()) {
+    return 0;
+  }
+  CellMap map(std::move(mesh));
+  map.set_normals({});
+  PolygonSplitter splitter;
+  PolygonCorners corners;
+  std::vector<std::uint32_t> halves;
+  for (const std::uint32_t f : bad) {
+    map.face_halves(f, halves);
+    double best = 0;
+    int choice = -1;
+    for (int d = 0; d < 2; ++d) {
+      if (map.adjacent(map.origin(halves[d]), map.origin(halves[d + 2]))) {
+        continue;
+      }
+      double cost = 0;
+      for (const int start : {d, d + 2}) {
+        const std::uint32_t triangle[3] = {halves[start], halves[(start + 1) % 4],
+                                           halves[(start + 2) % 4]};
+        gather_corners(map, triangle, {}, corners);
+        cost += splitter.cost(corners);
+      }
+      if (choice < 0 || cost < best) {
+        choice = d;
+        best = cost;
+      }
+    }
+    if (choice < 0) {
+      map.star_face(f, halves, map.face_centre(f));
+    } else {
+      map.split_face(halves[choice], halves[choice + 2]);
+    }
+  }
+  inset_undividable_quads(map);
+  mesh = map.to_mesh();
+  return bad.size();
+}
+
 }  // namespace
 
 PolygonMesh quadrangulate(CellComplex&& cells, const QuadrangulateOptions& options,
@@ -99,50 +148,13 @@ PolygonMesh subdivide_to_quads(PolygonMesh&& mesh) {
 }
 
 std::uint64_t split_bad_quads(PolygonMesh& mesh, double least) {
-  std::vector<std::uint32_t> bad;
-  for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
-    const auto v = mesh.face(f);
-    if (v.size() == 4 && !(scaled_jacobian(mesh.positions[v[0]], mesh.positions[v[1]],
-                                           mesh.positions[v[2]], mesh.positions[v[3]]) > least)) {
-      bad.push_back(f);
-    }
+  std::uint64_t divided = 0;
+  // A new diagonal can leave another quad undividable, and its inset can hold a bad quad; but no
+  // quad is inset twice, and what is inset has only fresh vertices, so this ends.
+  while (const std::uint64_t now = divide_bad_quads(mesh, least)) {
+    divided += now;
   }
-  if (bad.empty()) {
-    return 0;
-  }
-  CellMap map(std::move(mesh));
-  map.set_normals({});
-  PolygonSplitter splitter;
-  PolygonCorners corners;
-  std::vector<std::uint32_t> halves;
-  for (const std::uint32_t f : bad) {
-    map.face_halves(f, halves);
-    double best = 0;
-    int choice = -1;
-    for (int d = 0; d < 2; ++d) {
-      if (map.adjacent(map.origin(halves[d]), map.origin(halves[d + 2]))) {
-        continue;
-      }
-      double cost = 0;
-      for (const int start : {d, d + 2}) {
-        const std::uint32_t triangle[3] = {halves[start], halves[(start + 1) % 4],
-                                           halves[(start + 2) % 4]};
-        gather_corners(map, triangle, {}, corners);
-        cost += splitter.cost(corners);
-      }
-      if (choice < 0 || cost < best) {
-        choice = d;
-        best = cost;
-      }
-    }
-    if (choice < 0) {
-      map.star_face(f, halves, map.face_centre(f));
-    } else {
-      map.split_face(halves[choice], halves[choice + 2]);
-    }
-  }
-  mesh = map.to_mesh();
-  return bad.size();
+  return divided;
 }
 
 }  // namespace rattan

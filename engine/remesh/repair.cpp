@@ -123,7 +123,42 @@ RepairReport repair(CellMap& map) {
       ++report.insets;
     }
   }
+  report.insets += inset_undividable_quads(map);
   return report;
+}
+
+std::uint64_t inset_undividable_quads(CellMap& map) {
+  struct OnlyDiagonal {
+    std::uint32_t low, high, face;
+    auto operator<=>(const OnlyDiagonal&) const = default;
+  };
+  std::vector<std::uint32_t> locked;
+  std::vector<OnlyDiagonal> single;
+  for (std::uint32_t f = 0; f < map.face_count(); ++f) {
+    if (!map.is_cell(f) || map.degree(f) != 4) {
+      continue;
+    }
+    const std::uint32_t h = map.face_half(f);
+    const std::uint32_t a = map.origin(h), b = map.target(h);
+    const std::uint32_t c = map.target(map.next(h)), d = map.origin(map.prev(h));
+    const bool ac = !map.adjacent(a, c), bd = !map.adjacent(b, d);
+    if (!ac && !bd) {
+      locked.push_back(f);
+    } else if (ac != bd) {
+      single.push_back(ac ? OnlyDiagonal{std::min(a, c), std::max(a, c), f}
+                          : OnlyDiagonal{std::min(b, d), std::max(b, d), f});
+    }
+  }
+  std::sort(single.begin(), single.end());
+  for (std::size_t i = 1; i < single.size(); ++i) {
+    if (single[i].low == single[i - 1].low && single[i].high == single[i - 1].high) {
+      locked.push_back(single[i].face);
+    }
+  }
+  for (const std::uint32_t f : locked) {
+    map.inset_face(f);
+  }
+  return locked.size();
 }
 
 }  // namespace rattan

@@ -65,6 +65,22 @@ void check_faces(const PolygonMesh& mesh, MeshTopology& result) {
   }
 }
 
+std::uint64_t count_undividable(const PolygonMesh& mesh, const std::vector<FaceSide>& sides) {
+  const auto joined = [&](std::uint32_t a, std::uint32_t b) {
+    const std::pair<std::uint32_t, std::uint32_t> key = std::minmax(a, b);
+    const auto at = std::lower_bound(
+        sides.begin(), sides.end(), key,
+        [](const FaceSide& s, const auto& k) { return std::pair(s.low, s.high) < k; });
+    return at != sides.end() && at->low == key.first && at->high == key.second;
+  };
+  std::uint64_t count = 0;
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const auto v = mesh.face(f);
+    count += v.size() == 4 && joined(v[0], v[2]) && joined(v[1], v[3]);
+  }
+  return count;
+}
+
 }  // namespace
 
 MeshTopology check_topology(const PolygonMesh& mesh) {
@@ -120,6 +136,8 @@ MeshTopology check_topology(const PolygonMesh& mesh) {
     }
     i = j;
   }
+
+  result.undividable_quads = count_undividable(mesh, sides);
 
   std::vector<std::uint8_t> seen(vertices, 0);
   for (std::uint32_t c = 0; c < corners; ++c) {

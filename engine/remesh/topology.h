@@ -32,11 +32,13 @@ struct MeshTopology {
   std::uint64_t valence_two = 0;            ///< interior vertices of valence two
   std::uint64_t short_loops = 0;            ///< boundary loops of fewer than three edges
   std::uint64_t unreferenced = 0;           ///< vertices without a face
+  /// Quads both of whose diagonals join vertices that an edge joins: no triangle format holds them.
+  std::uint64_t undividable_quads = 0;
 
   bool clean() const {
     return out_of_range + bad_degree + repeated_vertex + duplicate_faces + non_manifold_edges +
                inconsistent_edges + non_manifold_vertices + valence_two + short_loops +
-               unreferenced ==
+               unreferenced + undividable_quads ==
            0;
   }
 };
