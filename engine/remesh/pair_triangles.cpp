@@ -20,6 +20,8 @@ constexpr std::size_t kGrain = 16;
 constexpr double kRelaxed = 0.5;
 /// What a new vertex on the boundary costs: its edges are short.
 constexpr double kBorderVertex = 0.4;
+/// Draws a diagonal to that vertex.
+constexpr double kBorderDiagonal = 2.0;
 constexpr std::uint32_t kNone = CellMap::kNone;
 
 struct Strip {
@@ -134,8 +136,8 @@ class Finder {
     bare_.resize(n);
     for (std::uint32_t i = 0; i < n; ++i) {
       const std::uint32_t v = corners_.vertex[i];
-      corners_.bias[i] = 0;
       if (v == kNone) {
+        corners_.bias[i] = -kBorderDiagonal;
         continue;
       }
       bare_[i] = map_.valence(v);
@@ -154,13 +156,21 @@ class Finder {
     for (std::uint32_t i = 0; i < n; ++i) {
       const std::uint32_t v = corners_.vertex[i];
       if (v == kNone) {
+        // Without a diagonal the new vertex would be a flat corner.
+        const bool joined =
+            std::any_of(split.diagonals.begin(), split.diagonals.end(),
+                        [&](const auto& d) { return d.first == i || d.second == i; });
+        if (!joined) {
+          return;
+        }
         continue;
       }
       std::uint32_t valence = bare_[i];
       for (const auto& [a, b] : split.diagonals) {
         valence += a == i || b == i;
       }
-      if (valence < 3 && !map_.on_boundary(v) && valence < map_.valence(v)) {
+      // Inside that is forbidden, on the boundary it would be a flat corner.
+      if (valence < 3 && valence < map_.valence(v)) {
         return;
       }
       gain +=
@@ -242,7 +252,7 @@ bool still_allowed(const CellMap& map, const Candidate& c) {
     for (const auto& [a, b] : c.split.diagonals) {
       valence += a == i || b == i;
     }
-    if (valence < 3 && !map.on_boundary(v) && valence < map.valence(v)) {
+    if (valence < 3 && valence < map.valence(v)) {
       return false;
     }
   }
