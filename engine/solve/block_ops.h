@@ -7,6 +7,7 @@
 // A value is kReals consecutive floats, in kParts parts that have a diagonal entry each. Periodic
 // blocks have complex parts (two floats) whose norms the penalty holds near one.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -118,11 +119,15 @@ struct BlockOps<PairBlock> {
   static constexpr bool kPeriodic = true;
   using Sum = std::array<double, 4>;
 
+  /// -1 where a turn conjugates its first (second) result, else 1.
+  static float sign_u(std::uint32_t r) { return 1.0F - static_cast<float>(r & 2U); }
+  static float sign_v(std::uint32_t r) { return 1.0F - static_cast<float>((r + 1U) & 2U); }
+
   template <class S>
   static void apply_add(const Coefficient& c, const S* x, S* out) {
     const std::uint32_t swap = (c.r & 1U) * 2U;
-    const S conj_u = (c.r & 2U) != 0 ? S(-1) : S(1);                       // r = 2, 3
-    const S conj_v = ((c.r & 3U) == 1 || (c.r & 3U) == 2) ? S(-1) : S(1);  // r = 1, 2
+    const S conj_u = sign_u(c.r);
+    const S conj_v = sign_v(c.r);
     const S u_re = x[swap];
     const S u_im = conj_u * x[swap + 1];
     const S v_re = x[2 - swap];
@@ -137,22 +142,23 @@ struct BlockOps<PairBlock> {
     out[3] += b_re * v_im + b_im * v_re;
   }
   static Coefficient identity() { return {Complex(1.0F, 0.0F), Complex(1.0F, 0.0F), 0}; }
-  /// p after q: turn_p(a_q U'', b_q V'') turns the factors as it turns the values.
+  /// p after q: turn_p(a_q U'', b_q V'') turns the factors as it turns the values. Without
+  /// branches: turns are as good as random where this is called.
   static Coefficient compose(const Coefficient& p, const Coefficient& q) {
-    const PairValue f = quarter_turn({q.a, q.b}, p.r);
-    return {multiply(p.a, f.u), multiply(p.b, f.v), (p.r + q.r) & 3U};
+    const float* f = reinterpret_cast<const float*>(&q);  // a then b
+    const std::uint32_t swap = (p.r & 1U) * 2U;
+    const Complex u(f[swap], sign_u(p.r) * f[swap + 1]);
+    const Complex v(f[2 - swap], sign_v(p.r) * f[3 - swap]);
+    return {multiply(p.a, u), multiply(p.b, v), (p.r + q.r) & 3U};
   }
+  /// The inverse turn of the conjugates: (0; conj a, conj b), (3; b, conj a), (2; a, b), (1; conj
+  /// b, a).
   static Coefficient adjoint(const Coefficient& c) {
-    switch (c.r & 3U) {
-      case 0:
-        return {std::conj(c.a), std::conj(c.b), 0};
-      case 1:
-        return {c.b, std::conj(c.a), 3};
-      case 2:
-        return {c.a, c.b, 2};
-      default:
-        return {std::conj(c.b), c.a, 1};
-    }
+    const std::uint32_t back = (4U - c.r) & 3U;
+    const float* f = reinterpret_cast<const float*>(&c);
+    const std::uint32_t swap = (back & 1U) * 2U;
+    return {Complex(f[swap], -sign_u(back) * f[swap + 1]),
+            Complex(f[2 - swap], -sign_v(back) * f[3 - swap]), back};
   }
   static Coefficient unit_of(const Coefficient& c) { return {unit(c.a), unit(c.b), c.r & 3U}; }
   static float magnitude2(const Coefficient& c) {

@@ -30,6 +30,8 @@ struct GraphFields {
   Field<float> weight;
 };
 
+/// Two passes over the finest tiles. Leaves fields "solve/level<k>_..." in the store that the
+/// hierarchy needs: one hierarchy a store at a time, and the store must outlive it.
 std::shared_ptr<const Hierarchy> build_hierarchy(Store& store, const TileLayout& layout,
                                                  const HaloFields& halo, const GraphFields& graph,
                                                  const HierarchyOptions& options, TaskGraph& tasks);
@@ -67,7 +69,11 @@ struct SolveReport {
 };
 
 /// Reads the system's fields, writes `solution` with its board (kBoardTile). Works by passes over
-/// tiles; memory: a few tiles per thread plus levels small enough to hold.
+/// tiles; memory: a few tiles per thread plus levels small enough to hold. Scratch fields
+/// "solve/..." are erased at the end. `layout` and `halo` are those of the hierarchy. Periodic
+/// systems: nested iteration, then Newton steps. Real systems: conjugate gradients to `tolerance`
+/// relative to the right-hand side; on components without fit the right-hand side's mean is ignored
+/// and the solution's mean is zero.
 template <class Block>
 SolveReport solve_nested(Store& store, const TileLayout& layout, const HaloFields& halo,
                          const SystemFields<Block>& system, const Hierarchy& hierarchy,
