@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// Vertex positions of the remesh, optimised on the scan: even squares first, closeness last.
+
+#include <cstdint>
+
+#include "engine/core/store.h"
+#include "engine/core/task_graph.h"
+#include "engine/mesh/tile_mesh.h"
+#include "engine/remesh/polygon_mesh.h"
+#include "engine/remesh/surface_projector.h"
+
+namespace rattan {
+
+struct OptimiseOptions {
+  /// Steps of shape matching: every vertex moves towards the corners of the regular polygons that
+  /// fit its faces best.
+  int steps = 40;
+  /// Share of the last step's movement carried into the next; 40 steps at 0.9 do the work of 250
+  /// without.
+  double momentum = 0.9;
+  /// Of the way to the mean of those corners; stable below 2 (1 + momentum).
+  double step_length = 2.0;
+  /// True projections onto the scan (one or two passes over the tiles each) come every so many
+  /// steps and at the end; between them a vertex slides in its tangent plane, turned every other
+  /// step.
+  int steps_per_projection = 20;
+  /// 0 leaves each polygon its own size, 1 asks for the mean size of all.
+  double size_weight = 0.1;
+  /// One round of quadric relocation after the steps; takes vertices off the scan by as much as
+  /// brings the faces nearer to it, and towards its creases.
+  bool relocate = true;
+  double tangential_weight = 0.3;
+  double normal_weight = 0.01;
+  /// No step may push the scaled Jacobian of a face below this, nor lower it further, unless the
+  /// face is inverted already.
+  double least_jacobian = 0.1;
+  /// Rounds of local search around faces with a scaled Jacobian of zero or less.
+  int untangle_rounds = 4;
+};
+
+struct OptimiseReport {
+  std::uint64_t steps = 0;
+  std::uint64_t projections = 0;      ///< closest points asked for
+  std::uint64_t reverted = 0;         ///< vertices put back where a face would have degraded
+  std::uint64_t relocated = 0;        ///< vertices moved by their quadric
+  std::uint64_t inverted_before = 0;  ///< faces with a scaled Jacobian of zero or less
+  std::uint64_t inverted_after = 0;
+};
+
+/// Moves vertices only; sets scan_triangle to the nearest triangle of each vertex (used as a hint
+/// on entry where present). Vertices with an edge of one face stay on the scan's boundary, vertices
+/// flagged kCornerVertex stay where they are. The mesh must be manifold and oriented like the scan.
+/// Same result for any number of threads and any tile size.
+OptimiseReport optimise(PolygonMesh& remesh, Store& store, const ScanMesh& scan,
+                        SurfaceProjector& projector, const OptimiseOptions& options,
+                        TaskGraph& graph);
+
+}  // namespace rattan
