@@ -29,13 +29,13 @@ struct FieldOptions {
   /// rho of PGP Eq. 21 in [0, 1); its fitting length is sqrt(rho / (1 - rho)) average edges.
   /// Without it, the fitting length is `fitting_length` quad sides.
   std::optional<double> smoothing;
-  double fitting_length = 2.0;
+  double fitting_length = 3.0;
   bool align_boundary = true;
   /// Power of the curl correction: 0 none, 1 full (PGP 4.1).
   double curl_power = 0.2;
   HierarchyOptions hierarchy;
   /// The smoothing system; `reference` selects the paper's own procedure for it.
-  SolveOptions smoothing_solve{.penalty = 0.02F,
+  SolveOptions smoothing_solve{.penalty = 0.1F,
                                .coarse_stiffness = 0.5F,
                                .passes = 1,
                                .sweeps = 8,

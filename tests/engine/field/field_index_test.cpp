@@ -49,7 +49,8 @@ TEST(FieldIndex, AnyFieldSumsToTheEulerCharacteristic) {
       noise.push_back(Vec3d(unit(), unit(), unit()));
     }
     for (const double wild : {0.0, 0.3, 100.0}) {
-      set_frames(scan, [&](std::size_t i) -> Vec3d { return Vec3d(0.31, 0.42, 0.87) + wild * noise[i]; });
+      set_frames(scan,
+                 [&](std::size_t i) -> Vec3d { return Vec3d(0.31, 0.42, 0.87) + wild * noise[i]; });
       for (const Symmetry symmetry : {Symmetry::kOne, Symmetry::kTwo, Symmetry::kFour}) {
         const FieldIndexCount count =
             count_field_singularities(scan.store, scan.mesh, symmetry, scan.tasks);
