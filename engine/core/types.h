@@ -9,6 +9,7 @@
 #include <functional>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 namespace rattan {
 

@@ -6,6 +6,8 @@
 
 #include <Eigen/Geometry>
 
+#include "engine/mesh/patches.h"
+
 namespace rattan {
 
 TileMesh load_tile(Store& store, const ScanMesh& mesh, TileId tile) {
@@ -83,18 +85,27 @@ ScanMesh tile_indexed_mesh(Store& store, std::span<const Vec3d> positions,
       ++sides[std::min(a, b) << 32 | std::max(a, b)];
       mesh.mean_edge_length += (positions[a] - positions[b]).norm();
     }
-    mesh.area += 0.5 * (positions[t[1]] - positions[t[0]])
-                           .cross(positions[t[2]] - positions[t[0]])
-                           .norm();
+    mesh.area +=
+        0.5 * (positions[t[1]] - positions[t[0]]).cross(positions[t[2]] - positions[t[0]]).norm();
   }
   mesh.mean_edge_length /= std::max<double>(1.0, 3.0 * static_cast<double>(sorted.size()));
   std::vector<std::uint8_t> flags(n, 0);
+  ParityUnionFind components(static_cast<std::uint32_t>(n));
+  ParityUnionFind loops(static_cast<std::uint32_t>(n));
   for (const auto& [edge, count] : sides) {
     ensure(count <= 2, "tile_indexed_mesh needs a manifold mesh");
+    const auto a = static_cast<std::uint32_t>(edge >> 32);
+    const auto b = static_cast<std::uint32_t>(edge);
+    components.unite(a, b, 0);
     if (count == 1) {
-      flags[edge >> 32] |= kOnBoundary;
-      flags[edge & 0xffffffffu] |= kOnBoundary;
+      flags[a] |= kOnBoundary;
+      flags[b] |= kOnBoundary;
+      loops.unite(a, b, 0);
     }
+  }
+  for (std::uint32_t v = 0; v < n; ++v) {
+    mesh.topology.components += components.find(v).first == v ? 1 : 0;
+    mesh.topology.boundary_loops += flags[v] != 0 && loops.find(v).first == v ? 1 : 0;
   }
   mesh.topology.vertices = n;
   mesh.topology.edges = sides.size();

@@ -1,30 +1,25 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// What one edge says about the parameterization: the quarter turns that align the fields of its ends,
-// and the phase differences that the fields ask for (PGP 2.4, Algorithm 1; signs as corrected there:
-// the edge vector is not normalised). Assembly and extraction both call this, always from the lower
-// global vertex to the higher, so that every tile and every triangle agree to the last bit.
+// What one edge says about the parameterization: the quarter turns that align the fields of its
+// ends, and the phase differences that the fields ask for (PGP 2.4, Algorithm 1; signs as corrected
+// there: the edge vector is not normalised). Assembly and extraction both call this, always from
+// the lower global vertex to the higher, so that every tile and every triangle agree to the last
+// bit.
 
 #include <cmath>
 #include <cstdint>
 
 #include "engine/core/exact_math.h"
 #include "engine/core/types.h"
+#include "engine/field/vertex_frame.h"
 
 namespace rattan {
 
-/// A vertex of the low-passed surface with its control vectors.
-struct VertexFrame {
-  Vec3f position{0.0F, 0.0F, 0.0F};   ///< low-passed, relative to the scan's origin
-  Vec3f normal{0.0F, 0.0F, 1.0F};     ///< unit
-  Vec3f direction{1.0F, 0.0F, 0.0F};  ///< unit tangent K; K_perp = normal x direction
-  float scale = 1.0F;                 ///< v of curl correction; 1 without
-};
-
 /// Along i -> j: rotating the frame of j by r quarter turns (r = 1: K_j becomes K_perp_j) aligns it
-/// best with that of i; then theta_j' - theta_i should be delta and phi_j' - phi_i delta_perp, where
-/// (theta', phi') = (theta, phi), (phi, -theta), (-theta, -phi), (-phi, theta) for r = 0, 1, 2, 3.
+/// best with that of i; then theta_j' - theta_i should be delta and phi_j' - phi_i delta_perp,
+/// where (theta', phi') = (theta, phi), (phi, -theta), (-theta, -phi), (-phi, theta) for r = 0, 1,
+/// 2, 3.
 struct EdgeGauge {
   std::uint32_t r = 0;
   double delta = 0.0;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// What parameterization leaves in the store and extraction starts from. One chunk a tile over owned
+// What parameterization leaves in the store and extraction starts from, beside fields::kFrame
+// (engine/field/vertex_frame.h). One chunk a tile over owned
 // vertices; each field's halo board is stored too (read_local in tile_layout.h puts both together).
 
 #include "engine/param/edge_gauge.h"
@@ -9,7 +10,6 @@
 
 namespace rattan::fields {
 
-inline constexpr Field<VertexFrame> kFrame{"field/frame"};
 inline constexpr Field<PairValue> kPhase{"param/phase"};
 
 }  // namespace rattan::fields

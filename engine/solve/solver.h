@@ -22,8 +22,8 @@ struct HierarchyOptions {
   std::uint32_t coarsest_nodes = 300;
 };
 
-/// The level-0 graph: rows over owned vertices, one non-negative weight a half-edge (the strength that
-/// decides what is aggregated).
+/// The level-0 graph: rows over owned vertices, one non-negative weight a half-edge (the strength
+/// that decides what is aggregated).
 struct GraphFields {
   Field<std::uint32_t> row_begin;
   Field<std::uint32_t> neighbor;
@@ -37,7 +37,8 @@ std::shared_ptr<const Hierarchy> build_hierarchy(Store& store, const TileLayout&
 struct SolveOptions {
   /// eps_i of the norm penalty per aggregated vertex; 0 for real systems.
   float penalty = 0.2F;
-  /// Multiplies the coarse stiffness once per level (1 for the parameterization, 0.5 for smoothing).
+  /// Multiplies the coarse stiffness once per level: 1 for the parameterization, 0.5 for smoothing
+  /// and for real systems.
   float coarse_stiffness = 1.0F;
   /// Passes over the finest level's tiles, and Gauss-Seidel sweeps in each.
   int passes = 2;
@@ -48,14 +49,20 @@ struct SolveOptions {
   float tolerance = 1e-2F;
   /// Normalise the finest solution's complex parts to unit length at the end.
   bool unit_norm = false;
+  /// Spend one more pass on the energies and the gradient norm of the report.
+  bool evaluate = true;
+  /// CG iterations at most (real systems; each inner solve of Newton takes at most a tenth).
+  int max_iterations = 200;
 };
 
 struct SolveReport {
   std::string system;
-  std::uint64_t unknowns = 0;    ///< real numbers solved for at the finest level
-  std::uint64_t iterations = 0;  ///< CG iterations, or sweeps at the finest level
-  std::uint64_t passes = 0;      ///< times the finest level's tiles were visited
-  double energy = 0.0;
+  std::uint64_t unknowns = 0;      ///< real numbers solved for at the finest level
+  std::uint64_t iterations = 0;    ///< CG iterations, or sweeps at the finest level
+  std::uint64_t passes = 0;        ///< visits of all finest tiles, the final evaluation included
+  std::uint64_t setup_passes = 0;  ///< further visits to coarsen the system
+  double energy = 0.0;             ///< as in system.h, with penalty
+  double energy_unit = 0.0;        ///< without penalty, complex parts set to unit length
   double gradient_norm = 0.0;
 };
 
@@ -66,8 +73,8 @@ SolveReport solve_nested(Store& store, const TileLayout& layout, const HaloField
                          const SystemFields<Block>& system, const Hierarchy& hierarchy,
                          const SolveOptions& options, TaskGraph& tasks);
 
-/// PGP 2.5: lock one vertex (periodic systems), Jacobi-preconditioned multithreaded CG for the linear
-/// problem, then Newton with the penalty. For comparison on small scans.
+/// PGP 2.5: lock one vertex (periodic systems), Jacobi-preconditioned multithreaded CG for the
+/// linear problem, then Newton with the penalty. For comparison on small scans.
 template <class Block>
 SolveReport solve_reference(Store& store, const TileLayout& layout, const HaloFields& halo,
                             const SystemFields<Block>& system, const SolveOptions& options,

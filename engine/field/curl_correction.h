@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// Curl correction (PGP 4.1): a scale v at every vertex that makes v K and v K_perp curl-free as far
+// as one scale can, by least squares for log v:
+//
+//   sum_edges w_ij (log v_j - log v_i - t_ij)^2,   t_ij = (grad gamma turned by +90 degrees) .
+//   e_ij,
+//
+// gamma the angle of the field, re-oriented consistently inside each triangle. The targets belong
+// to edges, so that they stay right where weights are clamped.
+
+#include "engine/core/task_graph.h"
+#include "engine/field/field_data.h"
+#include "engine/solve/system.h"
+
+namespace rattan {
+
+struct CurlOptions {
+  /// v is the solution to this power: 1 removes the curl, less keeps sizes more even.
+  double power = 0.2;
+  /// |log v| is cut off here before the power.
+  double most_log = 3.0;
+};
+
+namespace fields {
+inline constexpr SystemFields<RealBlock> kCurlSystem{
+    kRowBegin,
+    kNeighbor,
+    {"graph/weight"},  // kEdgeWeight: a coefficient of RealBlock is the
+                       // weight alone
+    kDiagonal,
+    {"curl/fit"},
+    {"curl/rhs"},
+    {"curl/solution"}};
+}  // namespace fields
+
+/// One pass: writes fit and rhs of kCurlSystem from kFrame and the graph. Triangles with a field
+/// singularity say nothing. The fit is a very weak pull to zero, the same per area everywhere;
+/// since the targets sum to zero on each component, it makes the area-weighted mean of log v vanish
+/// there: v has the geometric mean 1 on every component.
+void assemble_curl(Store& store, const ScanMesh& mesh, TaskGraph& tasks);
+
+/// Two passes: v = e^{power log v}, scaled so that the integral of v^2 is the area (the number of
+/// quads does not change); rewrites kFrame with its board.
+void apply_scale(Store& store, const ScanMesh& mesh, const CurlOptions& options, TaskGraph& tasks);
+
+}  // namespace rattan

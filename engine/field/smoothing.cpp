@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+//
+// Based on: PGP 4.2, with the corrections that angles are multiplied by N before and divided after,
+// K = cos(alpha) H + sin(alpha) N x H, and a fidelity bounded by 1 instead of the ratio of
+// curvatures.
+#include "engine/field/smoothing.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/field/curvature.h"
+#include "engine/field/tangent_frame.h"
+
+namespace rattan {
+
+namespace {
+
+// The boundary's pull against the sum of a vertex's edge weights.
+constexpr double kBoundaryFit = 4.0;
+
+struct State {
+  FanView fans;
+  HaloView<Vec3f> normals;
+  HaloView<Vec3f> positions;
+  ChunkView<CurvatureMeasure> curvature;
+  ChunkView<float> weight;
+  ChunkView<float> diagonal;
+  ChunkView<float> area;
+  std::vector<ComplexBlock::Coefficient> coefficient;
+  std::vector<float> fit;
+  std::vector<Complex> rhs;
+  double fit_sum = 0.0;
+};
+
+// e^{i N alpha} of a vector projected into the frame, times the vector's projected length.
+Complexd power_of(const TangentFrame& frame, const Vec3d& v, int n) {
+  const Complexd z(frame.x.dot(v), frame.y.dot(v));
+  const double length = std::abs(z.real()) + std::abs(z.imag()) > 0.0
+                            ? std::sqrt(z.real() * z.real() + z.imag() * z.imag())
+                            : 0.0;
+  if (length == 0.0) {
+    return {0.0, 0.0};
+  }
+  return symmetry_power(Complexd(z.real() / length, z.imag() / length), n) * length;
+}
+
+struct Fit {
+  Complexd target{0.0, 0.0};  // unit, or 0
+  double weight = 0.0;
+};
+
+Fit curvature_fit(const CurvatureMeasure& m, const TangentFrame& frame, int n,
+                  double floor_curvature) {
+  const PrincipalDirections p = principal_directions(m, frame.x, frame.y, floor_curvature);
+  Fit f;
+  if (!(p.fidelity > 0.0)) {
+    return f;
+  }
+  f.weight = p.fidelity;
+  if (n == 4) {
+    f.target = symmetry_power(p.doubled, 2);
+  } else if (n == 2) {
+    f.target = p.doubled;
+  } else {
+    // A principal direction has no sign. It is pointed along a fixed direction of space, and counts
+    // as much as that direction says anything about it.
+    const Complexd z = symmetry_root(p.doubled, 2);
+    const Vec3d k = z.real() * frame.x + z.imag() * frame.y;
+    const double along = k.dot(Vec3d(0.48, 0.60, 0.64));
+    f.target = along >= 0.0 ? z : -z;
+    f.weight *= along * along;
+  }
+  return f;
+}
+
+void assemble_tile(State& s, const SmoothingOptions& options) {
+  const std::vector<Vec3f> normals = s.normals.gather();
+  const std::vector<Vec3f> p = s.positions.gather();
+  const int n = static_cast<int>(options.symmetry);
+  const std::uint32_t owned = s.fans.owned();
+  const std::uint32_t* row = s.fans.row_begin.span().data();
+  const std::uint32_t* neighbor = s.fans.neighbor.span().data();
+  std::vector<TangentFrame> frames(normals.size());
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    frames[i] = tangent_frame(normals[i].cast<double>());
+  }
+  s.coefficient.resize(s.fans.neighbor.size());
+  s.fit.assign(owned, 0.0F);
+  s.rhs.assign(owned, Complex(0.0F, 0.0F));
+  const double per_area = 1.0 / (options.fitting_length * options.fitting_length);
+  for (std::uint32_t i = 0; i < owned; ++i) {
+    for (std::uint32_t k = row[i]; k < row[i + 1]; ++k) {
+      const Complexd z = symmetry_power(transport(frames[i], frames[neighbor[k]]), n);
+      const auto w = static_cast<double>(s.weight[k]);
+      s.coefficient[k].c =
+          Complex(static_cast<float>(w * z.real()), static_cast<float>(w * z.imag()));
+    }
+    Fit f;
+    if (options.align_boundary && n == 4 && (s.fans.flags[i] & kOnBoundary) != 0) {
+      // Both boundary edges, each by its length; modulo a quarter turn a right-angled corner
+      // agrees.
+      const Vec3d at = p[i].cast<double>();
+      const Complexd sum = power_of(frames[i], p[neighbor[row[i]]].cast<double>() - at, n) +
+                           power_of(frames[i], p[neighbor[row[i + 1] - 1]].cast<double>() - at, n);
+      f.target = unit_or(sum, Complexd(0.0, 0.0));
+      f.weight = kBoundaryFit * static_cast<double>(s.diagonal[i]);
+    } else {
+      f = curvature_fit(s.curvature[i], frames[i], n, options.floor_curvature);
+      f.weight *= static_cast<double>(s.area[i]) * per_area;
+    }
+    if (f.target == Complexd(0.0, 0.0)) {
+      continue;
+    }
+    s.fit[i] = static_cast<float>(f.weight);
+    s.rhs[i] = Complex(static_cast<float>(f.weight * f.target.real()),
+                       static_cast<float>(f.weight * f.target.imag()));
+    s.fit_sum += f.weight;
+  }
+}
+
+}  // namespace
+
+double assemble_smoothing(Store& store, const ScanMesh& mesh, const SmoothingOptions& options,
+                          TaskGraph& tasks) {
+  const SystemFields<ComplexBlock>& system = fields::kSmoothingSystem;
+  double fit_sum = 0.0;
+  run_pass<State>(
+      tasks, "smoothing", mesh.layout.tile_count(),
+      [&](TileId id, State& s) {
+        s.fans.load(store, id);
+        s.normals.load(store, fields::kNormal, fields::kMeshHalo, id);
+        s.positions.load(store, fields::kSmoothPosition, fields::kMeshHalo, id);
+        s.curvature = read(store, fields::kCurvature, id);
+        s.weight = read(store, fields::kEdgeWeight, id);
+        s.diagonal = read(store, fields::kDiagonal, id);
+        s.area = read(store, fields::kVertexArea, id);
+      },
+      [&](TileId, State& s) { assemble_tile(s, options); },
+      [&](TileId id, State& s) {
+        write(store, system.coefficient, id, s.coefficient);
+        write(store, system.fit, id, s.fit);
+        write(store, system.rhs, id, s.rhs);
+        fit_sum += s.fit_sum;
+      });
+  return fit_sum;
+}
+
+void write_frames(Store& store, const ScanMesh& mesh, Symmetry symmetry, TaskGraph& tasks) {
+  struct FrameState {
+    ChunkView<Complex> solution;
+    ChunkView<Vec3f> position;
+    ChunkView<Vec3f> normal;
+    std::vector<VertexFrame> frames;
+  };
+  BoardWriter<VertexFrame> writer(fields::kFrame, mesh.layout);
+  run_pass<FrameState>(
+      tasks, "frames", mesh.layout.tile_count(),
+      [&](TileId id, FrameState& s) {
+        s.solution = read(store, fields::kSmoothingSystem.solution, id);
+        s.position = read(store, fields::kSmoothPosition, id);
+        s.normal = read(store, fields::kNormal, id);
+      },
+      [&](TileId, FrameState& s) {
+        s.frames.resize(s.position.size());
+        for (std::size_t i = 0; i < s.frames.size(); ++i) {
+          const Vec3d n = s.normal[i].cast<double>();
+          const TangentFrame f = tangent_frame(n);
+          const Complexd z(static_cast<double>(s.solution[i].real()),
+                           static_cast<double>(s.solution[i].imag()));
+          const Complexd a =
+              symmetry_root(unit_or(z, Complexd(1.0, 0.0)), static_cast<int>(symmetry));
+          const Vec3d k = a.real() * f.x + a.imag() * f.y;
+          s.frames[i] = {s.position[i], s.normal[i], k.cast<float>(), 1.0F};
+        }
+      },
+      [&](TileId id, FrameState& s) { writer.commit(store, fields::kMeshHalo, id, s.frames); });
+  writer.finish(store);
+}
+
+}  // namespace rattan

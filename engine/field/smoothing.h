@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// Field smoothing (PGP 4.2): one system of unit complex numbers z = e^{i N alpha}, alpha the angle
+// of the direction K in the vertex's own tangent frame,
+//
+//   sum_edges w_ij |z_i - e^{i N beta_ij} z_j|^2 + sum_i d_i |z_i - z0_i|^2,
+//
+// d_i = area_i * fidelity_i / fitting_length^2: how far a direction reaches does not depend on the
+// sampling. rho of the paper corresponds to a fitting length of sqrt(rho / (1 - rho)) edges.
+
+#include "engine/core/task_graph.h"
+#include "engine/field/field_data.h"
+#include "engine/solve/system.h"
+
+namespace rattan {
+
+/// Directions are equal modulo 2 pi / N.
+enum class Symmetry : int { kOne = 1, kTwo = 2, kFour = 4 };
+
+struct SmoothingOptions {
+  Symmetry symmetry = Symmetry::kFour;
+  /// Length over which directions blend where curvature is fully trusted.
+  double fitting_length = 1.0;
+  /// Below this curvature (1/length) the surface counts as flat.
+  double floor_curvature = 0.0;
+  /// Boundary vertices follow the boundary tangent (N = 4 only).
+  bool align_boundary = true;
+};
+
+namespace fields {
+inline constexpr SystemFields<ComplexBlock> kSmoothingSystem{
+    kRowBegin,         kNeighbor,         {"smoothing/coefficient"}, kDiagonal,
+    {"smoothing/fit"}, {"smoothing/rhs"}, {"smoothing/solution"}};
+}  // namespace fields
+
+/// One pass: writes coefficient, fit and rhs of kSmoothingSystem from kNormal, kCurvature,
+/// kSmoothPosition and the graph. Returns the sum of d_i over the scan: 0 if nothing says where to
+/// point, as on a plane without boundary alignment.
+double assemble_smoothing(Store& store, const ScanMesh& mesh, const SmoothingOptions& options,
+                          TaskGraph& tasks);
+
+/// One pass: directions from the solution; writes kFrame (scale 1) with its board. Where the
+/// solution vanishes, any direction serves.
+void write_frames(Store& store, const ScanMesh& mesh, Symmetry symmetry, TaskGraph& tasks);
+
+}  // namespace rattan

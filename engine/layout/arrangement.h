@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// Extraction of the cell complex: iso-lines of the periodic parameterization, arranged on the
+// surface.
+
+#include <cstdint>
+
+#include "engine/core/store.h"
+#include "engine/core/task_graph.h"
+#include "engine/layout/cell_complex.h"
+#include "engine/mesh/tile_mesh.h"
+#include "engine/param/triangle_coordinates.h"
+
+namespace rattan {
+
+struct ArrangementOptions {
+  double omega = 1.0;  ///< the period, a length; positive
+  int density = 2;     ///< iso-lines a period, at least 1; the cells' side is omega / density
+  double corner_degrees = 50.0;  ///< boundary vertices that turn further become vertices
+};
+
+struct ArrangementReport {
+  SingularityCounts singularities;
+  std::uint64_t dangling_ends = 0;    ///< line ends in singular triangles; their paths were dropped
+  std::uint64_t dropped_circles = 0;  ///< contractible closed lines without a crossing
+  std::uint64_t bare_components = 0;  ///< closed components without a line, split into cells
+  std::uint64_t cut_faces = 0;        ///< faces that were no disks
+  std::uint64_t cut_rounds = 0;
+  std::uint64_t spaced_vertices = 0;  ///< added along long edges and closed ones
+};
+
+/// Reads the mesh, fields::kFrame and fields::kPhase (owned values and boards) tile by tile. The
+/// result is a decomposition of the scan into disks with the scan's Euler characteristic,
+/// components and boundary loops, and does not depend on the tiling or on threads. In memory: the
+/// output several times, and about 60 bytes per edge on the rims of tiles. Throws UsageError for
+/// options out of range, InternalError if the decomposition failed.
+CellComplex extract_cells(Store& store, const ScanMesh& mesh, const ArrangementOptions& options,
+                          TaskGraph& graph, ArrangementReport& report);
+
+}  // namespace rattan

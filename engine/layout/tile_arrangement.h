@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// The arrangement of iso-lines inside one tile's owned triangles: where lines cross scan edges, how
+// they continue through each triangle, where they cross each other, and the cells they leave. All
+// of it is combinatorial; floating point places points and decides the order of the two families
+// along an edge, once per edge from the edge's own data.
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/layout/graph_keys.h"
+#include "engine/mesh/tile_mesh.h"
+#include "engine/param/triangle_coordinates.h"
+
+namespace rattan::layout {
+
+/// How an edge lies with respect to the tile's owned triangles.
+enum class EdgePlace : std::uint8_t {
+  kOutside,   ///< no owned triangle
+  kInside,    ///< both triangles owned
+  kBorder,    ///< one owned, the other belongs to another tile
+  kBoundary,  ///< one owned, no other exists
+  kUnknown,   ///< one owned, and the tile cannot see whether another exists
+};
+
+/// Points inside a tile: an edge point's index, or a tagged crossing or vertex.
+inline constexpr std::uint32_t kCrossingTag = 0x80000000U;
+inline constexpr std::uint32_t kVertexTag = 0x40000000U;
+inline constexpr std::uint32_t kTagMask = 0xc0000000U;
+
+/// A stretch of line, or of a scan edge that belongs to the graph, between two successive points.
+/// Dart 2 s runs from -> to, dart 2 s + 1 back.
+struct Segment {
+  std::uint32_t from = 0;
+  std::uint32_t to = 0;
+  std::uint32_t left = 0;      ///< cell
+  std::uint32_t right = 0;     ///< cell; kNone beyond the scan's boundary
+  std::uint32_t triangle = 0;  ///< owned triangle it lies in (or on the rim of)
+};
+
+/// Two lines crossing inside a triangle.
+struct Crossing {
+  Vec3d position;
+  std::uint32_t triangle = 0;
+  std::uint32_t index = 0;               ///< among the triangle's crossings
+  std::array<std::uint32_t, 4> darts{};  ///< outgoing, counter-clockwise
+};
+
+/// A scan vertex that lies on the graph: on the scan's boundary or on a cut.
+struct GraphVertex {
+  std::uint32_t vertex = 0;    ///< local
+  std::uint32_t triangle = 0;  ///< lowest owned triangle among its segments'; kNone if it has none
+  bool boundary = false;
+};
+
+struct VertexDart {
+  std::uint32_t graph_vertex = 0;
+  std::uint32_t dart = 0;      ///< outgoing
+  std::uint32_t neighbor = 0;  ///< local vertex at the other end of the scan edge
+};
+
+struct TileArrangement {
+  const TileMesh* mesh = nullptr;
+  const TileCoordinates* coordinates = nullptr;
+
+  std::vector<EdgePlace> place;            ///< one an edge
+  std::vector<std::uint32_t> point_begin;  ///< edges + 1; edge e's points, from lo to hi
+  std::vector<double> point_t;             ///< in [0, 1] from lo to hi, ascending on an edge
+  /// Outgoing darts of an edge point, counter-clockwise: along the edge to hi, into the left
+  /// triangle, along the edge to lo, into the right triangle. kNone where there is none.
+  std::vector<std::array<std::uint32_t, 4>> point_darts;
+  std::vector<std::uint32_t> point_edge;
+
+  /// Cell on either side of each piece; piece i of edge e is number point_begin[e] + e + i.
+  std::vector<std::uint32_t> left_cell;
+  std::vector<std::uint32_t> right_cell;
+  std::vector<std::uint32_t> cell_begin;  ///< owned triangles + 1
+  std::vector<std::uint8_t> open;         ///< one an owned triangle: singular
+
+  std::vector<Segment> segments;
+  std::uint32_t first_edge_segment = 0;  ///< segments from here on run along scan edges
+  std::vector<Crossing> crossings;
+  std::vector<GraphVertex> vertices;
+  std::vector<std::uint32_t> graph_vertex;  ///< one a local vertex; kNone off the graph
+  std::vector<VertexDart> vertex_darts;     ///< sorted by graph vertex, then neighbour's global id
+  std::vector<std::uint8_t> piece_cut;      ///< one a piece: on a cut
+
+  std::uint32_t cell_count() const { return cell_begin.back(); }
+  std::uint32_t piece(std::uint32_t edge, std::uint32_t i) const {
+    return point_begin[edge] + edge + i;
+  }
+  std::uint32_t points_on(std::uint32_t edge) const {
+    return point_begin[edge + 1] - point_begin[edge];
+  }
+  std::uint32_t corner_cell(std::uint32_t triangle, std::uint32_t corner) const;
+  Vec3d vertex_position(std::uint32_t local) const { return mesh->positions[local].cast<double>(); }
+  Vec3d position(std::uint32_t point) const;
+  PointKey key(std::uint32_t point) const;
+  std::uint32_t start(std::uint32_t dart) const {
+    const Segment& s = segments[dart >> 1];
+    return (dart & 1U) == 0 ? s.from : s.to;
+  }
+  std::uint32_t end(std::uint32_t dart) const { return start(dart ^ 1U); }
+  std::uint32_t left(std::uint32_t dart) const {
+    const Segment& s = segments[dart >> 1];
+    return (dart & 1U) == 0 ? s.left : s.right;
+  }
+};
+
+/// `density`: lines a period. `cuts`: pieces of scan edges, sorted, that belong to the graph.
+/// The result refers to both arguments. Deterministic.
+TileArrangement arrange_tile(const TileMesh& mesh, const TileCoordinates& coordinates, int density,
+                             std::span<const PointKey> cuts);
+
+}  // namespace rattan::layout

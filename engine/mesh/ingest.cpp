@@ -1,0 +1,566 @@
+// SPDX-License-Identifier: MIT
+#include "engine/mesh/ingest.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "engine/mesh/curve.h"
+#include "engine/mesh/external_sort.h"
+#include "engine/mesh/reindex.h"
+#include "engine/mesh/repair.h"
+#include "engine/mesh/tiling.h"
+
+namespace rattan {
+
+namespace {
+
+// Scratch between the two passes over blocks, one chunk per block.
+constexpr Field<Vec3f> kRankedPosition{"ingest/position"};
+constexpr Field<LocalTriangle> kRepaired{"ingest/triangle"};
+constexpr Field<std::uint64_t> kForeign{"ingest/foreign"};
+constexpr Field<std::uint32_t> kSource{"ingest/source"};
+constexpr Field<std::uint32_t> kPatchOf{"ingest/patch"};
+
+/// floor(rank / size), without a division where size is a power of two.
+struct BlockOf {
+  explicit BlockOf(std::uint64_t block_size) : size(block_size) {
+    if ((size & (size - 1)) == 0) {
+      shift = 0;
+      while ((std::uint64_t{1} << shift) < size) {
+        ++shift;
+      }
+    }
+  }
+  std::uint64_t operator()(std::uint64_t rank) const {
+    return shift >= 0 ? rank >> shift : rank / size;
+  }
+  std::uint64_t size;
+  int shift = -1;
+};
+
+bool is_finite(const Vec3d& p) {
+  return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
+}
+
+}  // namespace
+
+/// finish() for one width of ids.
+template <class Index>
+class IngestRun {
+ public:
+  using Triangle = RankTriangle<Index>;
+
+  explicit IngestRun(Ingest& in)
+      : in_(in),
+        options_(in.options_),
+        store_(in.store_),
+        block_of_(options_.tile_size),
+        order_(store_, "ingest/order", options_.spool_block_bytes) {}
+
+  ScanMesh run(TaskGraph& graph) {
+    mesh_.repaired.non_finite_vertices = in_.non_finite_;
+    mesh_.origin = in_.non_finite_ == in_.vertices_ ? Vec3d::Zero()
+                                                    : choose_origin(in_.box_min_, in_.box_max_);
+    sort_vertices();
+    distribute_triangles();
+    if (home_->done()) {
+      throw InputError(options_.input_name, "", "holds no usable triangle",
+                       "Rattan remeshes surfaces made of triangles");
+    }
+    repair(graph);
+    build_tiles(graph);
+    erase_scratch();
+    return std::move(mesh_);
+  }
+
+ private:
+  struct CurveVertex {
+    std::uint64_t key;
+    Vec3f position;
+    Index id;
+  };
+  struct ForeignTriangle {
+    std::uint32_t block;
+    Triangle triangle;
+  };
+  struct KeyOfVertex {
+    std::uint64_t operator()(const CurveVertex& v) const { return v.key; }
+  };
+  struct BlockOfHome {
+    BlockOf block_of;
+    std::uint64_t operator()(const Triangle& t) const { return block_of(t[0]); }
+  };
+  struct BlockOfForeign {
+    std::uint64_t operator()(const ForeignTriangle& t) const { return t.block; }
+  };
+  struct PairOfLink {
+    std::uint64_t operator()(const PatchLink& l) const { return l.pair; }
+  };
+  using LinkSort = ExternalSort<PatchLink, PairOfLink>;
+
+  template <class F>
+  void for_each_triangle_block(const F& f) const {
+    std::vector<Triangle> converted;
+    const auto pass_on = [&](auto block) {
+      using Record = typename decltype(block)::value_type;
+      if constexpr (std::is_same_v<Record, Triangle>) {
+        f(std::span<const Triangle>(block));
+      } else {
+        converted.resize(block.size());
+        for (std::size_t t = 0; t < block.size(); ++t) {
+          for (int c = 0; c < 3; ++c) {
+            converted[t][c] = static_cast<Index>(block[t][c]);
+          }
+        }
+        f(std::span<const Triangle>(converted));
+      }
+    };
+    in_.narrow_.for_each_block(pass_on);
+    in_.wide_.for_each_block(pass_on);
+  }
+
+  static bool repeats(const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; }
+
+  [[noreturn]] void refuse_triangle(std::uint64_t number,
+                                    const std::array<std::uint64_t, 3>& t) const {
+    throw InputError(options_.input_name, "triangle " + std::to_string(number),
+                     "refers to vertex " + std::to_string(std::max({t[0], t[1], t[2]})) +
+                         ", but there are only " + std::to_string(in_.vertices_) + " vertices",
+                     "Numbers start at 0 here; check that the file is complete");
+  }
+
+  void check_indices() const {
+    std::uint64_t number = 0;
+    const auto check = [&](auto block) {
+      for (const auto& t : block) {
+        if (std::max({t[0], t[1], t[2]}) >= in_.vertices_) {
+          refuse_triangle(number, {t[0], t[1], t[2]});
+        }
+        ++number;
+      }
+    };
+    in_.narrow_.for_each_block(check);
+    in_.wide_.for_each_block(check);
+  }
+
+  /// Curve order of the vertices that triangles use, ties by id: their positions, a chunk per
+  /// block, and their ids.
+  void sort_vertices() {
+    check_indices();
+    ExternalSort<CurveVertex, KeyOfVertex> sort(store_, "ingest/vertex_run_", KeyOfVertex{},
+                                                static_cast<std::size_t>(options_.memory_bytes / 2),
+                                                in_.vertices_);
+    const HilbertCurve curve(in_.box_min_, in_.box_max_);
+    const std::uint64_t part = std::max<std::uint64_t>(64, options_.memory_bytes / 4 * 8);
+    SpoolReader<Vec3d> positions(in_.positions_);
+    std::vector<CurveVertex> keyed;
+    for (std::uint64_t begin = 0; begin < in_.vertices_; begin += part) {
+      const std::uint64_t end = std::min(in_.vertices_, begin + part);
+      VertexMarks used(begin, end);
+      for_each_triangle_block([&](std::span<const Triangle> block) {
+        for (const Triangle& t : block) {
+          if (!repeats(t)) {
+            for (const Index v : t) {
+              used.mark(v);
+            }
+          }
+        }
+      });
+      for (std::uint64_t id = begin; id < end;) {
+        const std::span<const Vec3d> block = positions.rest();
+        const std::size_t count =
+            static_cast<std::size_t>(std::min<std::uint64_t>(block.size(), end - id));
+        keyed.resize(count);
+        parallel_indices(count, [&](std::size_t i) {
+          if (used[id + i] && is_finite(block[i])) {
+            keyed[i] = {curve(block[i]), (block[i] - mesh_.origin).template cast<float>(),
+                        static_cast<Index>(id + i)};
+          } else {
+            keyed[i].key = kDropped;
+          }
+        });
+        std::size_t kept = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+          if (keyed[i].key != kDropped) {
+            keyed[kept++] = keyed[i];
+          }
+        }
+        sort.push(std::span<const CurveVertex>(keyed).first(kept));
+        ranks_ += kept;
+        positions.skip(count);
+        id += count;
+      }
+    }
+    in_.positions_.erase();
+    sort.finish();
+    blocks_ = static_cast<std::uint32_t>((ranks_ + options_.tile_size - 1) / options_.tile_size);
+    std::vector<Vec3f> chunk;
+    for (std::uint32_t b = 0; b < blocks_; ++b) {
+      chunk.clear();
+      const std::uint32_t owned = ranks_in(b);
+      for (std::uint32_t v = 0; v < owned; ++v) {
+        chunk.push_back(sort.front().position);
+        order_.push(sort.front().id);
+        sort.pop();
+      }
+      write(store_, kRankedPosition, TileId(b), chunk);
+    }
+    order_.finish();
+  }
+
+  std::uint32_t ranks_in(std::uint32_t block) const {
+    const std::uint64_t first = std::uint64_t{block} * options_.tile_size;
+    return static_cast<std::uint32_t>(std::min<std::uint64_t>(options_.tile_size, ranks_ - first));
+  }
+
+  /// Every triangle in terms of ranks, to the block of its lowest corner and to others it touches.
+  void distribute_triangles() {
+    const auto memory = static_cast<std::size_t>(options_.memory_bytes / 4);
+    home_.emplace(store_, "ingest/home_run_", BlockOfHome{block_of_}, memory, in_.triangles_);
+    others_.emplace(store_, "ingest/other_run_", BlockOfForeign{}, memory / 2, in_.triangles_ / 8);
+    Reindexer<Index> reindexer(store_, order_, in_.vertices_, options_.memory_bytes / 4,
+                               options_.spool_block_bytes);
+    reindexer.run([&](const auto& f) { for_each_triangle_block(f); },
+                  [&](std::vector<Triangle>& block) { distribute(block); });
+    in_.narrow_.erase();
+    in_.wide_.erase();
+    order_.erase();
+    home_->finish();
+    others_->finish();
+  }
+
+  void distribute(std::vector<Triangle>& block) {
+    parallel_indices(block.size(), [&](std::size_t t) {
+      Triangle& r = block[t];
+      std::rotate(r.begin(), std::min_element(r.begin(), r.end()), r.end());
+    });
+    std::size_t kept = 0;
+    for (const Triangle& t : block) {
+      if (repeats(t)) {
+        ++mesh_.repaired.degenerate_triangles;
+        continue;
+      }
+      if (t[1] == Reindexer<Index>::kAbsent || t[2] == Reindexer<Index>::kAbsent) {
+        continue;  // a corner is not finite
+      }
+      block[kept++] = t;
+      const std::uint64_t b0 = block_of_(t[0]);
+      const std::uint64_t b1 = block_of_(t[1]);
+      const std::uint64_t b2 = block_of_(t[2]);
+      if (b1 != b0) {
+        others_->push({static_cast<std::uint32_t>(b1), t});
+      }
+      if (b2 != b0 && b2 != b1) {
+        others_->push({static_cast<std::uint32_t>(b2), t});
+      }
+    }
+    home_->push(std::span<const Triangle>(block).first(kept));
+  }
+
+  void repair(TaskGraph& graph) {
+    repair_pass(graph, {});
+    if (one_sided_) {
+      // Now that it is known which components cannot be oriented, cut those where they turn.
+      const std::vector<PatchFate> fates = std::move(fates_);
+      home_->finish();
+      others_->finish();
+      repair_pass(graph, fates);
+    }
+    home_.reset();
+    others_.reset();
+  }
+
+  struct RepairState {
+    RepairInput<Index> input;
+    std::vector<ForeignTriangle> foreign;
+    ChunkView<Vec3f> positions;
+    BlockRepair repaired;
+  };
+
+  /// Sets the layout, the border table, the counts, and what becomes of each patch.
+  void repair_pass(TaskGraph& graph, const std::vector<PatchFate>& fates) {
+    const RepairCounts before = mesh_.repaired;
+    const std::vector<std::uint64_t> patch_base = std::move(patch_base_);
+    patch_base_.clear();
+    border_ = {};
+    mesh_.layout = {};
+    mesh_.triangles.clear();
+    mesh_.topology = {};
+    mesh_.repaired.isolated_vertices = in_.vertices_ - in_.non_finite_ - ranks_;
+    std::uint64_t next_triangle = 0;
+    PatchJoiner joiner;
+    const auto link_memory = static_cast<std::size_t>(options_.memory_bytes / 4);
+    LinkSort home_links(store_, "ingest/home_link_", PairOfLink{}, link_memory, 0);
+    LinkSort other_links(store_, "ingest/other_link_", PairOfLink{}, link_memory, 0);
+
+    run_pass<RepairState>(
+        graph, "repair", blocks_,
+        [&](TileId tile, RepairState& s) {
+          s.input.block = tile.value;
+          s.input.block_size = options_.tile_size;
+          s.input.owned = ranks_in(tile.value);
+          home_->take_key(tile.value, s.input.home);
+          others_->take_key(tile.value, s.foreign);
+          s.positions = read(store_, kRankedPosition, tile);
+          if (!fates.empty()) {
+            const std::uint64_t first = patch_base[tile.value];
+            const std::uint64_t end =
+                tile.value + 1 < blocks_ ? patch_base[tile.value + 1] : fates.size();
+            s.input.fates = std::span(fates).subspan(first, end - first);
+          }
+        },
+        [](TileId, RepairState& s) {
+          s.input.others.reserve(s.foreign.size());
+          for (const ForeignTriangle& t : s.foreign) {
+            s.input.others.push_back(t.triangle);
+          }
+          s.repaired = repair_block(std::move(s.input));
+        },
+        [&](TileId tile, RepairState& s) {
+          BlockRepair& r = s.repaired;
+          TileExtent extent;
+          extent.first = mesh_.layout.node_count;
+          extent.owned = r.vertices;
+          extent.border_first = mesh_.layout.border_count;
+          extent.border = static_cast<std::uint32_t>(r.border.size());
+          mesh_.layout.node_count += extent.owned;
+          mesh_.layout.border_count += extent.border;
+          ensure(mesh_.layout.border_count < 0xffffffffU, "slots of the board are 32 bits wide");
+          mesh_.layout.tiles.push_back(extent);
+          mesh_.triangles.push_back(
+              {next_triangle, r.home, static_cast<std::uint32_t>(r.triangles.size())});
+          next_triangle += r.home;
+          for (const std::uint32_t v : r.border) {
+            const std::uint32_t rank = r.source.empty() ? v : r.source[v];
+            border_.rank.push_back(rank);
+            border_.vertex.push_back(v);
+            border_.position.push_back(s.positions[rank]);
+          }
+          for (SplitCorner corner : r.split_corners) {
+            corner.copy += extent.border_first;
+            border_.split.push_back(corner);
+          }
+          const std::uint64_t base = joiner.add(r.patches);
+          patch_base_.push_back(base);
+          for (auto [links, sort] :
+               {std::pair(&r.home_links, &home_links), std::pair(&r.other_links, &other_links)}) {
+            for (PatchLink& link : *links) {
+              link.patch += base << 1;
+            }
+            sort->push(std::span<const PatchLink>(*links));
+          }
+          mesh_.topology.components += r.settled_components;
+          mesh_.repaired.duplicate_triangles += r.duplicate_triangles;
+          mesh_.repaired.non_manifold_edges += r.non_manifold_edges;
+          mesh_.repaired.split_vertices += r.split_vertices;
+          mesh_.repaired.isolated_vertices += r.isolated_vertices;
+          mesh_.repaired.flipped_triangles += r.flipped_triangles;
+          write(store_, kRepaired, tile, r.triangles);
+          write(store_, kForeign, tile, r.foreign);
+          write(store_, kMeshBorder, tile, r.border);
+          write(store_, kSource, tile, r.source);
+          write(store_, kPatchOf, tile, r.patch_of);
+        });
+
+    home_links.finish();
+    other_links.finish();
+    joiner.begin_joining();
+    while (!home_links.done()) {
+      ensure(!other_links.done() && home_links.front().pair == other_links.front().pair,
+             "two blocks see the same triangles between them");
+      joiner.join(home_links.front().patch, other_links.front().patch);
+      home_links.pop();
+      other_links.pop();
+    }
+    fates_ = joiner.resolve();
+    one_sided_ = joiner.any_one_sided();
+    if (one_sided_) {
+      ensure(fates.empty(), "cutting makes every component orientable");
+      mesh_.repaired = before;
+    }
+    mesh_.topology.components += joiner.components();
+    mesh_.topology.vertices = mesh_.layout.node_count;
+    mesh_.topology.triangles = next_triangle;
+  }
+
+  struct TileState {
+    ChunkView<LocalTriangle> triangles;
+    ChunkView<std::uint64_t> foreign;
+    ChunkView<std::uint32_t> source;
+    ChunkView<std::uint32_t> patch_of;
+    ChunkView<Vec3f> positions;
+    TileArrays arrays;
+  };
+
+  void build_tiles(TaskGraph& graph) {
+    std::uint64_t boundary_edges = 0;
+    std::vector<std::pair<std::uint64_t, std::uint64_t>> open_loops;
+    double side_length = 0.0;
+    Vec3f box_min = Vec3f::Constant(std::numeric_limits<float>::max());
+    Vec3f box_max = -box_min;
+    run_pass<TileState>(
+        graph, "tiles", blocks_,
+        [&](TileId tile, TileState& s) {
+          s.triangles = read(store_, kRepaired, tile);
+          s.foreign = read(store_, kForeign, tile);
+          s.source = read(store_, kSource, tile);
+          s.patch_of = read(store_, kPatchOf, tile);
+          s.positions = read(store_, kRankedPosition, tile);
+        },
+        [&](TileId tile, TileState& s) {
+          TileInput input;
+          input.tile = tile.value;
+          input.triangles = s.triangles.span();
+          input.home = mesh_.triangles[tile.value].owned;
+          input.foreign = s.foreign.span();
+          input.source = s.source.span();
+          input.patch_of = s.patch_of.span();
+          const std::uint64_t first = patch_base_[tile.value];
+          const std::uint64_t end =
+              tile.value + 1 < blocks_ ? patch_base_[tile.value + 1] : fates_.size();
+          input.fates = std::span<const PatchFate>(fates_).subspan(first, end - first);
+          input.ranked_positions = s.positions.span();
+          s.arrays = build_tile(input, mesh_.layout, border_, options_.tile_size);
+        },
+        [&](TileId tile, TileState& s) {
+          TileArrays& a = s.arrays;
+          halo_count_.push_back(static_cast<std::uint32_t>(a.halo_ids.size()));
+          mesh_.repaired.flipped_triangles += a.flipped_triangles;
+          mesh_.topology.boundary_loops += a.closed_loops;
+          boundary_edges += a.boundary_edges;
+          open_loops.insert(open_loops.end(), a.open_loops.begin(), a.open_loops.end());
+          mesh_.area += a.area;
+          side_length += a.side_length;
+          if (!a.flags.empty()) {
+            box_min = box_min.cwiseMin(a.box_min);
+            box_max = box_max.cwiseMax(a.box_max);
+          }
+          write(store_, fields::kPosition, tile, a.positions);
+          write(store_, fields::kTriangle, tile, a.triangles);
+          write(store_, fields::kVertexFlag, tile, a.flags);
+          write(store_, fields::kMeshHalo.halo_ids, tile, a.halo_ids);
+          write(store_, fields::kMeshHalo.halo_slots, tile, a.halo_slots);
+        });
+    // Other tiles were looking at the layout while the pass ran, so halo counts wait until here.
+    for (std::uint32_t t = 0; t < blocks_; ++t) {
+      mesh_.layout.tiles[t].halo = halo_count_[t];
+    }
+    const std::uint64_t sides = 3 * mesh_.topology.triangles;
+    mesh_.topology.boundary_loops += count_open_loops(std::move(open_loops));
+    mesh_.topology.edges = (sides + boundary_edges) / 2;
+    mesh_.mean_edge_length = side_length / static_cast<double>(sides);
+    mesh_.box_min = box_min.cast<double>();
+    mesh_.box_max = box_max.cast<double>();
+  }
+
+  void erase_scratch() {
+    for (const std::string_view name :
+         {kRankedPosition.name, kRepaired.name, kForeign.name, kSource.name, kPatchOf.name}) {
+      store_.erase(name);
+    }
+  }
+
+  static constexpr std::uint64_t kDropped = ~std::uint64_t{0};
+  static constexpr Field<std::uint32_t> kMeshBorder = fields::kMeshHalo.border;
+
+  Ingest& in_;
+  const IngestOptions& options_;
+  Store& store_;
+  BlockOf block_of_;
+  ScanMesh mesh_;
+  std::uint64_t ranks_ = 0;  ///< vertices that are used and finite
+  std::uint32_t blocks_ = 0;
+  Spool<Index> order_;
+  std::optional<ExternalSort<Triangle, BlockOfHome>> home_;
+  std::optional<ExternalSort<ForeignTriangle, BlockOfForeign>> others_;
+  BorderTable border_;
+  std::vector<std::uint32_t> halo_count_;
+  std::vector<std::uint64_t> patch_base_;  ///< per block, its first border patch
+  std::vector<PatchFate> fates_;
+  bool one_sided_ = false;
+};
+
+Ingest::Ingest(Store& store, IngestOptions options)
+    : store_(store),
+      options_(std::move(options)),
+      box_min_(Vec3d::Constant(std::numeric_limits<double>::infinity())),
+      box_max_(-box_min_),
+      positions_(store, "ingest/raw_position", options_.spool_block_bytes),
+      narrow_(store, "ingest/raw_triangle", options_.spool_block_bytes),
+      wide_(store, "ingest/raw_wide_triangle", options_.spool_block_bytes) {
+  ensure(options_.tile_size > 0, "a tile holds at least one vertex");
+}
+
+Ingest::~Ingest() = default;
+
+void Ingest::add_vertices(std::span<const Vec3d> positions) {
+  for (const Vec3d& p : positions) {
+    if (is_finite(p)) {
+      box_min_ = box_min_.cwiseMin(p);
+      box_max_ = box_max_.cwiseMax(p);
+    } else {
+      ++non_finite_;
+    }
+  }
+  vertices_ += positions.size();
+  positions_.append(positions);
+}
+
+void Ingest::add_triangles(std::span<const std::array<std::uint64_t, 3>> triangles) {
+  triangles_ += triangles.size();
+  std::array<std::array<std::uint32_t, 3>, 256> buffer;
+  while (!triangles.empty() && wide_.size() == 0) {
+    std::size_t count = 0;
+    for (; count < std::min(buffer.size(), triangles.size()); ++count) {
+      const auto& t = triangles[count];
+      if ((t[0] | t[1] | t[2]) >> 32 != 0) {
+        break;
+      }
+      buffer[count] = {static_cast<std::uint32_t>(t[0]), static_cast<std::uint32_t>(t[1]),
+                       static_cast<std::uint32_t>(t[2])};
+    }
+    narrow_.append(std::span(buffer).first(count));
+    triangles = triangles.subspan(count);
+    if (count < buffer.size()) {
+      break;
+    }
+  }
+  wide_.append(triangles);
+}
+
+ScanMesh Ingest::finish(TaskGraph& graph) {
+  Reservation memory;
+  if (options_.budget != nullptr) {
+    memory = options_.budget->reserve(options_.memory_bytes, "sorting the scan");
+  }
+  positions_.finish();
+  narrow_.finish();
+  wide_.finish();
+  // One bit of an index is spared for the re-indexing.
+  if (!options_.wide_ids && vertices_ < 0x7fffffffU) {
+    return IngestRun<std::uint32_t>(*this).run(graph);
+  }
+  return IngestRun<std::uint64_t>(*this).run(graph);
+}
+
+Vec3d choose_origin(const Vec3d& box_min, const Vec3d& box_max) {
+  const double diagonal = (box_max - box_min).norm();
+  Vec3d origin = Vec3d::Zero();
+  for (int axis = 0; axis < 3; ++axis) {
+    const double largest = std::max(std::abs(box_min[axis]), std::abs(box_max[axis]));
+    if (largest <= 4.0 * diagonal) {
+      continue;
+    }
+    // A step of at most a quarter of the diagonal, coarse enough to be exact in 32 bits.
+    int exponent = 0;
+    std::frexp(std::max(diagonal, largest * 0x1p-20), &exponent);
+    const double step = std::ldexp(1.0, exponent - 3);
+    origin[axis] = std::round(0.5 * (box_min[axis] + box_max[axis]) / step) * step;
+  }
+  return origin;
+}
+
+}  // namespace rattan

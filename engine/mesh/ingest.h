@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// From a stream of vertices and triangles to the tiles of tile_mesh.h, in bounded memory: spooled,
+// sorted along a space-filling curve, re-indexed, repaired block by block, written tile by tile.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "engine/core/memory_budget.h"
+#include "engine/core/spool.h"
+#include "engine/core/store.h"
+#include "engine/core/task_graph.h"
+#include "engine/mesh/scan_sink.h"
+#include "engine/mesh/tile_mesh.h"
+
+namespace rattan {
+
+struct IngestOptions {
+  /// Vertices per tile, in curve order and before vertices are split (so that a tile may own some
+  /// more); at least 1. Part of what decides the output.
+  std::uint32_t tile_size = 8192;
+  /// Bytes for sort buffers and tables of ids. Never decides the output, only the number of passes
+  /// over the spools.
+  std::uint64_t memory_bytes = std::uint64_t{256} << 20;
+  /// Bytes per block of the spools. Never decides the output.
+  std::size_t spool_block_bytes = kSpoolBlockBytes;
+  /// Names the input in errors.
+  std::string input_name = "the scan";
+  /// Ledger for the buffers; may be null.
+  MemoryBudget* budget = nullptr;
+  /// Uses 64-bit ids even where 32 bits suffice; for tests.
+  bool wide_ids = false;
+};
+
+/// Add everything, then finish once. Not thread safe. Uses scratch fields "ingest/..." of the store
+/// and erases them.
+class Ingest final : public ScanSink {
+ public:
+  explicit Ingest(Store& store, IngestOptions options = {});
+  ~Ingest() override;
+
+  void add_vertices(std::span<const Vec3d> positions) override;
+  void add_triangles(std::span<const std::array<std::uint64_t, 3>> triangles) override;
+
+  /// Writes the fields of tile_mesh.h. Repairs on the way and counts it in ScanMesh::repaired:
+  /// triangles that repeat an index, duplicates, and those with non-finite corners are dropped, as
+  /// are vertices without triangles; components are oriented by the majority of their triangles;
+  /// edges that still have more than two triangles or disagreeing ones are cut open; vertices are
+  /// split until each has one fan. The result depends on the input and tile_size only. Two passes
+  /// over the tiles (three if a component is one-sided). Throws InputError for indices out of range
+  /// and if no triangle is left.
+  ScanMesh finish(TaskGraph& graph);
+
+  std::uint64_t vertex_count() const { return vertices_; }
+  std::uint64_t triangle_count() const { return triangles_; }
+
+ private:
+  template <class Index>
+  friend class IngestRun;
+
+  Store& store_;
+  IngestOptions options_;
+  std::uint64_t vertices_ = 0;
+  std::uint64_t triangles_ = 0;
+  std::uint64_t non_finite_ = 0;
+  Vec3d box_min_;
+  Vec3d box_max_;
+  Spool<Vec3d> positions_;
+  /// Triangles as long as every index fits 32 bits, and all after the first that doesn't.
+  Spool<std::array<std::uint32_t, 3>> narrow_;
+  Spool<std::array<std::uint64_t, 3>> wide_;
+};
+
+/// The point that stored positions are relative to: per axis zero if coordinates are not large
+/// compared with the box, else a multiple of a power of two near the box centre, so that
+/// subtracting it from 32-bit coordinates is exact.
+Vec3d choose_origin(const Vec3d& box_min, const Vec3d& box_max);
+
+}  // namespace rattan

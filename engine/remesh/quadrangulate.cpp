@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: MIT
+#include "engine/remesh/quadrangulate.h"
+
+#include <utility>
+#include <vector>
+
+#include "engine/core/errors.h"
+#include "engine/remesh/cell_map.h"
+#include "engine/remesh/edge_sort.h"
+#include "engine/remesh/pair_triangles.h"
+#include "engine/remesh/quality.h"
+#include "engine/remesh/repair.h"
+#include "engine/remesh/split_cells.h"
+
+namespace rattan {
+namespace {
+
+std::uint64_t count_triangles(const CellMap& map) {
+  std::uint64_t count = 0;
+  for (std::uint32_t f = 0; f < map.face_count(); ++f) {
+    count += map.is_cell(f) && map.degree(f) == 3;
+  }
+  return count;
+}
+
+}  // namespace
+
+PolygonMesh quadrangulate(CellComplex&& cells, const QuadrangulateOptions& options,
+                          QuadrangulateReport& report, std::span<const Vec3d> normals) {
+  ensure(options.side > 0, "the side of a quad is positive");
+  report = {};
+  CellMap map(std::move(cells));
+  if (!normals.empty()) {
+    map.set_normals(normals);
+  }
+  report.clean = clean(map, options.side, options.contract_below);
+  if (normals.empty()) {
+    map.set_normals({});
+  }
+  const SplitReport split = split_cells(map);
+  report.stars = split.stars;
+  report.insets = split.insets;
+  report.triangles_split = count_triangles(map);
+  const PairReport paired = pair_triangles(map, options.pair_between);
+  report.triangle_pairs = paired.pairs;
+  report.border_triangles = paired.at_border;
+  const RepairReport repaired = repair(map);
+  report.doublets = repaired.doublets;
+  report.insets += repaired.insets;
+  const bool subdivide = options.pure_quads && count_triangles(map) > 0;
+  report.subdivided = subdivide;
+  PolygonMesh mesh = map.to_mesh();
+  return subdivide ? subdivide_to_quads(std::move(mesh)) : mesh;
+}
+
+PolygonMesh subdivide_to_quads(PolygonMesh&& mesh) {
+  const bool origins = !mesh.scan_triangle.empty();
+  const std::vector<FaceSide> sides = sorted_sides(mesh);
+  PolygonMesh fine;
+  fine.positions = std::move(mesh.positions);
+  fine.scan_triangle = std::move(mesh.scan_triangle);
+  fine.vertex_flags = std::move(mesh.vertex_flags);
+  fine.vertex_flags.resize(fine.positions.size(), 0);
+  const auto add = [&](const Vec3d& p, std::uint32_t source, std::uint8_t flags) {
+    fine.positions.push_back(p);
+    fine.vertex_flags.push_back(flags);
+    if (origins) {
+      fine.scan_triangle.push_back(std::uint64_t{fine.scan_triangle[source]});
+    }
+    return static_cast<std::uint32_t>(fine.positions.size() - 1);
+  };
+  std::vector<std::uint32_t> middle(mesh.corners.size());
+  for (std::size_t i = 0; i < sides.size();) {
+    const FaceSide& a = sides[i];
+    std::size_t j = i + 1;
+    while (j < sides.size() && sides[j].low == a.low && sides[j].high == a.high) {
+      ++j;
+    }
+    const Vec3d p = 0.5 * (fine.positions[a.low] + fine.positions[a.high]);
+    const std::uint32_t v = add(p, a.low, j - i == 1 ? kBoundaryVertex : std::uint8_t{0});
+    for (; i < j; ++i) {
+      middle[sides[i].corner] = v;
+    }
+  }
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const std::size_t begin = mesh.face_begin[f], n = mesh.degree(f);
+    Vec3d centre = Vec3d::Zero();
+    for (const std::uint32_t v : mesh.face(f)) {
+      centre += fine.positions[v];
+    }
+    const std::uint32_t c = add(Vec3d(centre / static_cast<double>(n)), mesh.corners[begin], 0);
+    for (std::size_t k = 0; k < n; ++k) {
+      const std::uint32_t quad[4] = {mesh.corners[begin + k], middle[begin + k], c,
+                                     middle[begin + (k + n - 1) % n]};
+      fine.add_face(quad);
+    }
+  }
+  return fine;
+}
+
+std::uint64_t split_bad_quads(PolygonMesh& mesh, double least) {
+  std::vector<std::uint32_t> bad;
+  for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
+    const auto v = mesh.face(f);
+    if (v.size() == 4 && !(scaled_jacobian(mesh.positions[v[0]], mesh.positions[v[1]],
+                                           mesh.positions[v[2]], mesh.positions[v[3]]) > least)) {
+      bad.push_back(f);
+    }
+  }
+  if (bad.empty()) {
+    return 0;
+  }
+  CellMap map(std::move(mesh));
+  map.set_normals({});
+  PolygonSplitter splitter;
+  PolygonCorners corners;
+  std::vector<std::uint32_t> halves;
+  for (const std::uint32_t f : bad) {
+    map.face_halves(f, halves);
+    double best = 0;
+    int choice = -1;
+    for (int d = 0; d < 2; ++d) {
+      if (map.adjacent(map.origin(halves[d]), map.origin(halves[d + 2]))) {
+        continue;
+      }
+      double cost = 0;
+      for (const int start : {d, d + 2}) {
+        const std::uint32_t triangle[3] = {halves[start], halves[(start + 1) % 4],
+                                           halves[(start + 2) % 4]};
+        gather_corners(map, triangle, {}, corners);
+        cost += splitter.cost(corners);
+      }
+      if (choice < 0 || cost < best) {
+        choice = d;
+        best = cost;
+      }
+    }
+    if (choice < 0) {
+      map.star_face(f, halves, map.face_centre(f));
+    } else {
+      map.split_face(halves[choice], halves[choice + 2]);
+    }
+  }
+  mesh = map.to_mesh();
+  return bad.size();
+}
+
+}  // namespace rattan

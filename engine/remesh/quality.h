@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// How good a quad-dominant mesh is, in the usual figures.
+
+#include <cstdint>
+#include <span>
+
+#include "engine/remesh/polygon_mesh.h"
+
+namespace rattan {
+
+struct MeshQuality {
+  std::uint64_t quads = 0;
+  std::uint64_t triangles = 0;
+  double quad_share = 0;  ///< quads / faces; 0 without faces
+  std::uint64_t interior_vertices = 0;
+  std::uint64_t irregular_vertices = 0;  ///< interior, valence other than 4
+  double mean_scaled_jacobian = 0;       ///< over quads
+  double min_scaled_jacobian = 0;        ///< over quads; 0 without quads
+  std::uint64_t bad_quads = 0;           ///< scaled Jacobian <= 0
+  double mean_corner_deviation = 0;      ///< degrees from 90, over corners of quads
+  double mean_edge_length = 0;
+  double edge_length_variation = 0;  ///< standard deviation / mean
+};
+
+/// The smallest over the corners of sin(angle), signed by the quad's normal (the cross product of
+/// its diagonals): 1 for a rectangle, <= 0 if a corner is reflex, flat or degenerate.
+double scaled_jacobian(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d);
+
+/// Faces of three and four corners of a manifold mesh. Sums run in a fixed order.
+MeshQuality measure_quality(const PolygonMesh& mesh);
+
+}  // namespace rattan

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// Levels of aggregates. Every level is a TileLayout with its own halo, exactly like the scan:
+// coarse nodes are numbered by their lowest member, so they stay in curve order, and a coarse tile
+// unites the aggregates of consecutive finer tiles.
+
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "engine/core/memory_store.h"
+#include "engine/solve/solver.h"
+
+namespace rattan {
+
+struct Level {
+  TileLayout layout;
+  Store* store = nullptr;  ///< where this level's fields are; not owned
+  HaloFields halo;
+  Field<std::uint32_t> row_begin;  ///< graph rows, as in GraphFields
+  Field<std::uint32_t> neighbor;
+  Field<float> weight;
+  Field<float> count;  ///< vertices of the scan in each node; no field at level 0 (all 1)
+
+  // Links to the next coarser level; empty on the coarsest.
+  Field<std::uint32_t> parent;  ///< owned + halo: node of the coarse tile (its local number)
+  Field<std::uint32_t> tree;    ///< owned: neighbour one step nearer the root; self at a root
+  Field<std::uint32_t> border_parent;       ///< border: parent, to prolong the board by itself
+  std::vector<std::uint32_t> group;         ///< coarse tile c unites tiles [group[c], group[c + 1])
+  std::vector<std::uint32_t> coarse_tile;   ///< of each tile
+  std::vector<std::uint32_t> first_parent;  ///< coarse local number of each tile's first aggregate
+  std::vector<std::uint32_t> parents;       ///< aggregates of each tile
+
+  bool coarsest() const { return group.empty(); }
+};
+
+class Hierarchy {
+ public:
+  std::vector<Level> levels;
+  MemoryStore memory;  ///< holds the levels small enough for it
+  std::string_view name(std::size_t level, std::string_view what);
+
+ private:
+  std::deque<std::string> names_;
+};
+
+/// Levels up to this many nodes are kept in memory, larger ones go through the store.
+inline constexpr std::uint64_t kMemoryLevelNodes = 1U << 20;
+/// Finer tiles are united while a coarse tile stays within this many nodes.
+inline constexpr std::uint32_t kCoarseTileNodes = 1U << 14;
+
+/// Two rounds of pairwise matching inside one tile. `aggregate` numbers the aggregates by their
+/// lowest member; `tree` is the spanning tree of strongest edges, as in Level.
+struct Matching {
+  std::vector<std::uint32_t> aggregate;
+  std::vector<std::uint32_t> tree;
+  std::uint32_t count = 0;
+};
+Matching match_twice(std::span<const std::uint32_t> row_begin,
+                     std::span<const std::uint32_t> neighbor, std::span<const float> weight);
+
+/// Members of each aggregate of one tile, ascending: aggregate a (numbered from `first`) has
+/// members[begin[a]] .. members[begin[a + 1]).
+struct MemberLists {
+  std::vector<std::uint32_t> begin;
+  std::vector<std::uint32_t> members;
+  std::span<const std::uint32_t> operator[](std::uint32_t a) const {
+    return std::span(members).subspan(begin[a], begin[a + 1] - begin[a]);
+  }
+};
+MemberLists list_members(std::span<const std::uint32_t> parent_of_owned, std::uint32_t first,
+                         std::uint32_t count);
+
+}  // namespace rattan

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "io/picture/camera.h"
+#include "io/picture/image.h"
+#include "io/picture/scene.h"
+
+namespace rattan {
+
+struct RenderOptions {
+  int width = 640;   ///< pixels
+  int height = 640;  ///< pixels
+  int samples = 3;   ///< rays a pixel are samples * samples
+  /// Lines are drawn where theta or phi is a multiple of this; radians.
+  double line_period = 3.14159265358979323846;
+  float line_width = 1.3F;     ///< pixels
+  float field_spacing = 7.0F;  ///< pixels between neighbouring lines of the field
+  std::size_t resident_triangles = 2'000'000;
+  Rgb surface{216, 211, 202};
+  Rgb background{255, 255, 255};
+};
+
+/// Pictures of one surface, one for each look, from the camera (whose frame must be fitted to width
+/// and height). Part after part is put into an Embree scene and its nearest hits are kept, then
+/// once more for ambient occlusion and the shadow of the key light; up to resident_triangles the
+/// scenes are kept in between. Memory: width * height * (samples^2 * (10 + 3 looks) + 24) bytes,
+/// the largest part's scene (about 150 bytes a triangle), and the kept scenes.
+///
+/// `dots` go on every picture but plain ones.
+std::vector<Image> render(const SurfaceSource& surface, const Camera& camera,
+                          std::span<const Look> looks, std::span<const Dot> dots,
+                          const RenderOptions& options);
+
+}  // namespace rattan

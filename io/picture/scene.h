@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "engine/core/types.h"
+#include "io/picture/image.h"
+
+namespace rattan {
+
+/// What a triangle is, for its tint.
+inline constexpr std::uint8_t kPlainTriangle = 0;
+inline constexpr std::uint8_t kSingularTriangle = 1;  ///< of the parameterization
+inline constexpr std::uint8_t kTriangleFace = 2;      ///< a triangle of the remesh
+inline constexpr std::uint8_t kPolygonFace = 3;       ///< part of a face of five corners or more
+
+/// One part of a surface: a tile, or all of a small one. Arrays belong to the caller and must live
+/// while the part is in use; those marked optional may be empty.
+struct SceneMesh {
+  std::span<const Vec3f> positions;  ///< relative to the scan's origin
+  std::span<const LocalTriangle> triangles;
+  std::span<const Vec3f> normals;         ///< optional, unit, a vertex each
+  std::span<const Vec3f> corner_normals;  ///< optional, unit, three a triangle; instead of normals
+  /// Optional, one a vertex: a direction of the field; any of its four quarter turns will do.
+  std::span<const Vec3f> directions;
+  /// Optional, three a triangle: (theta, phi) of its corners, continuous over the triangle. NaN
+  /// where there are none.
+  std::span<const std::array<float, 2>> corner_phases;
+  std::span<const std::uint8_t> kinds;  ///< optional, one a triangle
+  /// Optional, one a triangle: bit k is set if the edge from corner k to corner k + 1 is drawn.
+  std::span<const std::uint8_t> edges;
+};
+
+/// Hands the parts of a surface to `use`, one after another, the same ones at each call. A part's
+/// arrays need to last only as long as that call of `use`.
+using SurfaceSource = std::function<void(const std::function<void(const SceneMesh&)>& use)>;
+
+/// A source of one part. The mesh's arrays must outlive the source.
+inline SurfaceSource single_part(const SceneMesh& mesh) {
+  return [mesh](const std::function<void(const SceneMesh&)>& use) { use(mesh); };
+}
+
+/// A marker on the surface, hidden where the surface hides it.
+struct Dot {
+  Vec3f position;
+  Rgb colour;
+  float radius = 3.5F;  ///< pixels
+};
+
+/// How one picture of the surface looks.
+enum class Look {
+  kPlain,     ///< the surface alone
+  kField,     ///< with lines that follow `directions`
+  kIsoLines,  ///< with the lines theta, phi = k * line_period, and singular triangles
+  kEdges      ///< with `edges`, faces that are not quads tinted
+};
+
+}  // namespace rattan

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: MIT
+#include "jobs/preview.h"
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+#include "engine/core/exact_math.h"
+#include "engine/param/phase_fields.h"
+#include "engine/param/triangle_coordinates.h"
+#include "io/picture/panels.h"
+
+namespace rattan {
+
+namespace {
+
+constexpr Rgb kFieldSingularity = {214, 60, 46};
+constexpr Rgb kPhaseSingularity = {38, 98, 178};
+
+/// One tile as the renderer wants it: owned triangles with normals, directions and phases.
+class TilePart {
+ public:
+  TilePart(const PreviewInput& input, TileId tile)
+      : mesh_(load_tile(input.store, input.scan, tile)),
+        frames_(read_local(input.store, fields::kFrame, fields::kMeshHalo, tile)) {
+    const std::vector<PairValue> phases =
+        read_local(input.store, fields::kPhase, fields::kMeshHalo, tile);
+    coordinates_ = tile_coordinates(mesh_, frames_, phases, input.omega);
+    compute_normals();
+    for (const VertexFrame& f : frames_) {
+      directions_.push_back(f.direction);
+    }
+    compute_phases();
+  }
+
+  SceneMesh scene() const {
+    SceneMesh s;
+    s.positions = mesh_.positions.span();
+    s.triangles = mesh_.triangles.span().first(mesh_.counts.owned);
+    s.normals = normals_;
+    s.directions = directions_;
+    s.corner_phases = phases_;
+    s.kinds = kinds_;
+    return s;
+  }
+
+  void add_dots(std::vector<Dot>& dots) const {
+    for (std::uint32_t t = 0; t < mesh_.counts.owned; ++t) {
+      if (kinds_[t] == kPlainTriangle) {
+        continue;
+      }
+      const EdgeTransport around = coordinates_.holonomy(t);
+      if (around == EdgeTransport{}) {
+        continue;  // folded over, no pole
+      }
+      const LocalTriangle& c = mesh_.triangles[t];
+      const Vec3f middle =
+          (mesh_.positions[c[0]] + mesh_.positions[c[1]] + mesh_.positions[c[2]]) / 3.0F;
+      dots.push_back({middle, around.r != 0 ? kFieldSingularity : kPhaseSingularity, 3.0F});
+    }
+  }
+
+ private:
+  void compute_normals() {
+    normals_.assign(mesh_.local_vertices(), Vec3f::Zero());
+    for (const LocalTriangle& t : mesh_.triangles) {
+      const Vec3f n = (mesh_.positions[t[1]] - mesh_.positions[t[0]])
+                          .cross(mesh_.positions[t[2]] - mesh_.positions[t[0]]);
+      for (const std::uint32_t v : t) {
+        normals_[v] += n;
+      }
+    }
+    // A halo vertex sees only some of its triangles; the frame's normal is close to the whole sum.
+    for (std::uint32_t v = 0; v < normals_.size(); ++v) {
+      const float length = normals_[v].norm();
+      normals_[v] = v < mesh_.extent.owned && length > 0.0F ? Vec3f(normals_[v] / length)
+                                                            : frames_[v].normal;
+    }
+  }
+
+  void compute_phases() {
+    constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+    constexpr double kPeriod = 2.0 * exact::kPi;
+    phases_.assign(3 * static_cast<std::size_t>(mesh_.counts.owned), {kNone, kNone});
+    kinds_.assign(mesh_.counts.owned, kPlainTriangle);
+    for (std::uint32_t t = 0; t < mesh_.counts.owned; ++t) {
+      if (!(coordinates_.holonomy(t) == EdgeTransport{})) {
+        kinds_[t] = kSingularTriangle;
+        continue;
+      }
+      const LocalTriangle& c = mesh_.triangles[t];
+      EdgeTransport to_first;
+      for (std::uint32_t k = 0; k < 3; ++k) {
+        double a = coordinates_.angles[c[k]].theta;
+        double b = coordinates_.angles[c[k]].phi;
+        quarter_turns(to_first.r, a, b);
+        phases_[3 * t + k] = {static_cast<float>(a + kPeriod * to_first.s),
+                              static_cast<float>(b + kPeriod * to_first.t)};
+        to_first = compose(to_first, coordinates_.side_transport(3 * t + k));
+      }
+      const auto& p = &phases_[3 * t];
+      const float area = (p[1][0] - p[0][0]) * (p[2][1] - p[0][1]) -
+                         (p[2][0] - p[0][0]) * (p[1][1] - p[0][1]);
+      if (area < 0.0F) {
+        kinds_[t] = kSingularTriangle;
+      }
+    }
+  }
+
+  TileMesh mesh_;
+  std::vector<VertexFrame> frames_;
+  TileCoordinates coordinates_;
+  std::vector<Vec3f> normals_;
+  std::vector<Vec3f> directions_;
+  std::vector<std::array<float, 2>> phases_;
+  std::vector<std::uint8_t> kinds_;
+};
+
+}  // namespace
+
+void write_preview(const PreviewInput& input, const std::string& path) {
+  PanelInput panels;
+  panels.scan = [&](const std::function<void(const SceneMesh&)>& use) {
+    for (std::uint32_t t = 0; t < input.scan.layout.tile_count(); ++t) {
+      use(TilePart(input, TileId(t)).scene());
+    }
+  };
+  panels.has_field = true;
+  panels.has_lines = true;
+  for (std::uint32_t t = 0; t < input.scan.layout.tile_count(); ++t) {
+    TilePart(input, TileId(t)).add_dots(panels.singularities);
+  }
+  panels.remesh = &input.remesh;
+  panels.low = input.scan.box_min;
+  panels.high = input.scan.box_max;
+  RenderOptions options;
+  options.line_period = 2.0 * exact::kPi / input.density;
+  write_png(render_panels(panels, options), path);
+}
+
+}  // namespace rattan

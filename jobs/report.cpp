@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: MIT
+#include "jobs/report.h"
+
+#include <fstream>
+
+#include <nlohmann/json.hpp>
+
+#include "engine/core/errors.h"
+#include "jobs/version.h"
+
+namespace rattan {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json repaired_json(const RepairCounts& r) {
+  return {{"degenerate_triangles", r.degenerate_triangles},
+          {"duplicate_triangles", r.duplicate_triangles},
+          {"non_manifold_edges", r.non_manifold_edges},
+          {"split_vertices", r.split_vertices},
+          {"isolated_vertices", r.isolated_vertices},
+          {"flipped_triangles", r.flipped_triangles},
+          {"merged_vertices", r.merged_vertices},
+          {"non_finite_vertices", r.non_finite_vertices}};
+}
+
+Json options_json(const RemeshOptions& o) {
+  Json j;
+  const char* size_names[] = {"faces", "edge_length", "ratio"};
+  j[size_names[static_cast<int>(o.size_kind)]] = o.size;
+  j["density"] = o.density;
+  j["symmetry"] = o.symmetry;
+  j["smoothing"] = o.smoothing ? Json(*o.smoothing) : Json("auto");
+  j["curl_correction"] = o.curl_correction;
+  j["energy"] = o.energy == Energy::kEdge ? "edge" : "triangle";
+  j["solver"] = o.solver == SolverKind::kNested ? "nested" : "reference";
+  j["newton_steps"] = o.newton_steps;
+  j["position_bits"] = o.position_bits;
+  j["tile_size"] = o.tile_size;
+  return j;
+}
+
+}  // namespace
+
+nlohmann::ordered_json to_json(const RemeshReport& r) {
+  Json j;
+  j["rattan"] = {{"version", version()}, {"commit", commit()}};
+  j["input"] = {{"path", r.input.path},
+                {"sha256", r.input.sha256},
+                {"vertices", r.input.topology.vertices},
+                {"triangles", r.input.topology.triangles},
+                {"components", r.input.topology.components},
+                {"boundary_loops", r.input.topology.boundary_loops},
+                {"euler", r.input.topology.euler()},
+                {"repaired", repaired_json(r.input.repaired)}};
+  j["options"] = options_json(r.options);
+  const auto& o = r.output;
+  j["output"] = {{"path", o.path},
+                 {"bytes", o.bytes},
+                 {"origin", {o.origin.x(), o.origin.y(), o.origin.z()}},
+                 {"target_faces", o.target_faces},
+                 {"target_met", o.target_met},
+                 {"vertices", o.vertices},
+                 {"faces", o.faces},
+                 {"quads", o.quads},
+                 {"triangles", o.triangles},
+                 {"irregular_vertices", o.irregular_vertices},
+                 {"components", o.components},
+                 {"boundary_loops", o.boundary_loops},
+                 {"euler", o.euler},
+                 {"mean_scaled_jacobian", o.mean_scaled_jacobian},
+                 {"min_scaled_jacobian", o.min_scaled_jacobian},
+                 {"mean_corner_deviation", o.mean_corner_deviation},
+                 {"edge_length_variation", o.edge_length_variation}};
+  j["singularities"] = {{"vertices", r.singularities.vertices},
+                        {"edges", r.singularities.edges},
+                        {"triangles", r.singularities.triangles}};
+  j["distance"] = {{"to_input_max", r.distance.to_input_max},
+                   {"to_input_rms", r.distance.to_input_rms},
+                   {"from_input_max", r.distance.from_input_max},
+                   {"from_input_rms", r.distance.from_input_rms},
+                   {"diagonal", r.distance.diagonal}};
+  j["stages"] = Json::array();
+  for (const StageRecord& s : r.stages) {
+    j["stages"].push_back({{"name", s.name},
+                           {"seconds", s.seconds},
+                           {"cpu_seconds", s.cpu_seconds},
+                           {"passes", s.passes},
+                           {"bytes_read", s.bytes_read},
+                           {"bytes_written", s.bytes_written},
+                           {"resumed", s.resumed}});
+  }
+  j["solver"] = Json::array();
+  for (const SolveReport& s : r.solver) {
+    j["solver"].push_back({{"system", s.system},
+                           {"unknowns", s.unknowns},
+                           {"iterations", s.iterations},
+                           {"passes", s.passes},
+                           {"energy", s.energy},
+                           {"gradient_norm", s.gradient_norm}});
+  }
+  j["warnings"] = r.warnings;
+  j["peak_rss_bytes"] = r.peak_rss_bytes;
+  j["memory_budget_bytes"] = r.memory_budget_bytes;
+  j["threads"] = r.threads;
+  j["seconds"] = r.seconds;
+  return j;
+}
+
+void write_report(const RemeshReport& report, const std::string& path) {
+  std::ofstream file(path, std::ios::trunc);
+  file << to_json(report).dump(2) << '\n';
+  file.close();
+  if (!file) {
+    throw ResourceError(path + ": the report cannot be written. Check the folder and the free space.");
+  }
+}
+
+}  // namespace rattan

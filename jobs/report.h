@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// The report of one run. Names are a contract: see the README's table.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "engine/core/types.h"
+#include "engine/mesh/tile_mesh.h"
+#include "engine/solve/solver.h"
+#include "jobs/remesh_options.h"
+
+namespace rattan {
+
+struct StageRecord {
+  std::string name;
+  double seconds = 0.0;
+  double cpu_seconds = 0.0;
+  std::uint64_t passes = 0;  ///< over the tiles of the finest level
+  std::uint64_t bytes_read = 0;
+  std::uint64_t bytes_written = 0;
+  bool resumed = false;
+};
+
+struct RemeshReport {
+  struct {
+    std::string path;
+    std::string sha256;
+    ScanTopology topology;
+    RepairCounts repaired;
+  } input;
+  RemeshOptions options;
+  struct {
+    std::string path;
+    std::uint64_t bytes = 0;
+    Vec3d origin = Vec3d::Zero();
+    bool target_met = false;
+    double target_faces = 0.0;
+    std::uint64_t vertices = 0;
+    std::uint64_t faces = 0;
+    std::uint64_t quads = 0;
+    std::uint64_t triangles = 0;
+    std::uint64_t irregular_vertices = 0;
+    std::uint64_t components = 0;
+    std::uint64_t boundary_loops = 0;
+    std::int64_t euler = 0;
+    double mean_scaled_jacobian = 0.0;
+    double min_scaled_jacobian = 0.0;
+    double mean_corner_deviation = 0.0;   ///< degrees
+    double edge_length_variation = 0.0;   ///< standard deviation / mean
+  } output;
+  struct {
+    std::uint64_t vertices = 0;
+    std::uint64_t edges = 0;
+    std::uint64_t triangles = 0;
+  } singularities;
+  struct {
+    double to_input_max = 0.0;
+    double to_input_rms = 0.0;
+    double from_input_max = 0.0;
+    double from_input_rms = 0.0;
+    double diagonal = 0.0;
+  } distance;
+  std::vector<StageRecord> stages;
+  std::vector<SolveReport> solver;
+  std::vector<std::string> warnings;
+  std::uint64_t peak_rss_bytes = 0;
+  std::uint64_t memory_budget_bytes = 0;
+  int threads = 0;
+  double seconds = 0.0;
+};
+
+nlohmann::ordered_json to_json(const RemeshReport& report);
+/// Throws ResourceError when the file cannot be written.
+void write_report(const RemeshReport& report, const std::string& path);
+
+}  // namespace rattan

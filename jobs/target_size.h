@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "engine/mesh/tile_mesh.h"
+#include "jobs/remesh_options.h"
+
+namespace rattan {
+
+/// What the user asked for, in the two forms that the pipeline needs.
+struct TargetSize {
+  double faces = 0.0;
+  double quad_side = 0.0;  ///< length; sqrt(area / faces)
+};
+
+TargetSize target_size(const RemeshOptions& options, const ScanMesh& mesh);
+
+/// Whether `faces` meets the target within the promised 15 %.
+bool meets_target(double faces, const TargetSize& target);
+
+}  // namespace rattan

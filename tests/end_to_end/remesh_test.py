@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: MIT
+"""The main job as a user types it, checked from outside: topology, polygons through the stock
+draco_decoder, same bytes for any thread count, exit codes."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import mesh_checks
+
+RATTAN = os.environ["RATTAN"]
+DATA = os.environ.get("RATTAN_DATA")
+SAMPLES = ["nefertiti.obj", "koala.obj", "gargoyle.obj", "rocker-arm.obj", "fandisk.obj",
+           "fertility.off", "bun_zipper.ply", "plane_holes.obj"]
+MANY_QUADS = {"nefertiti.obj", "koala.obj", "bun_zipper.ply"}
+
+
+def rattan(*words):
+    return subprocess.run([RATTAN, *map(str, words)], capture_output=True, text=True, timeout=900)
+
+
+class Remesh(unittest.TestCase):
+    def setUp(self):
+        self.folder = Path(tempfile.mkdtemp(prefix="rattan-test."))
+        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
+
+    def remesh(self, scan, *options, output="out.drc"):
+        report = self.folder / "report.json"
+        done = rattan("remesh", scan, "-o", self.folder / output, "--quiet", "--report", report,
+                      *options)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertFalse((self.folder / (output + ".work")).exists())
+        return json.loads(report.read_text())
+
+    def decode(self, output="out.drc"):
+        decoded = self.folder / "decoded.obj"
+        subprocess.run(["draco_decoder", "-i", self.folder / output, "-o", decoded], check=True,
+                       capture_output=True)
+        return mesh_checks.read_obj(decoded)
+
+    def check(self, scan, *options, quads=None):
+        before = mesh_checks.topology(mesh_checks.read_mesh(scan)[1])
+        report = self.remesh(scan, *options)
+        vertices, faces = self.decode()
+        self.assertEqual(mesh_checks.violations(faces, len(vertices)), {})
+        after = mesh_checks.topology(faces)
+        for name in ("components", "loops", "euler"):
+            self.assertEqual(getattr(after, name), getattr(before, name), name)
+        self.assertEqual(report["output"]["faces"], len(faces))
+        self.assertEqual(report["output"]["quads"], sum(len(f) == 4 for f in faces))
+        self.assertEqual(report["input"]["euler"], before.euler)
+        self.assertEqual(report["input"]["components"], before.components)
+        self.assertEqual(report["input"]["boundary_loops"], before.loops)
+        if quads is not None:
+            self.assertGreaterEqual(report["output"]["quads"], quads * len(faces))
+            self.assertTrue(report["output"]["target_met"])
+
+    @unittest.skipUnless(DATA, "RATTAN_DATA is not set")
+    def test_sample_scans(self):
+        for name in SAMPLES:
+            for options in (("--ratio", "0.05"), ("--faces", "200")):
+                with self.subTest(scan=name, options=options):
+                    quads = 0.96 if name in MANY_QUADS and options[0] == "--ratio" else None
+                    self.check(Path(DATA) / name, *options, quads=quads)
+
+    def test_synthesised_scans(self):
+        for genus in (0, 1, 20):
+            for holes in (0, 3):
+                scan = self.folder / f"synth_{genus}_{holes}.ply"
+                made = rattan("synth", "-o", scan, "--triangles", 40000, "--genus", genus,
+                              "--holes", holes, "--quiet")
+                self.assertEqual(made.returncode, 0, made.stderr)
+                for options in (("--ratio", "0.05"), ("--faces", "200")):
+                    with self.subTest(genus=genus, holes=holes, options=options):
+                        self.check(scan, *options)
+
+    def test_same_bytes_for_any_thread_count(self):
+        scan = self.folder / "synth.ply"
+        rattan("synth", "-o", scan, "--triangles", 60000, "--quiet")
+        outputs = []
+        for threads in (1, 2, 3):
+            self.remesh(scan, "--threads", threads, output=f"{threads}.drc")
+            outputs.append((self.folder / f"{threads}.drc").read_bytes())
+        self.assertEqual(outputs[0], outputs[1])
+        self.assertEqual(outputs[0], outputs[2])
+
+    def test_every_format_holds_the_same_mesh(self):
+        scan = self.folder / "synth.ply"
+        rattan("synth", "-o", scan, "--triangles", 8000, "--holes", 1, "--quiet")
+        meshes = []
+        for extension in ("obj", "ply", "off"):
+            self.remesh(scan, output="out." + extension)
+            meshes.append(mesh_checks.read_mesh(self.folder / ("out." + extension)))
+        for vertices, faces in meshes[1:]:
+            self.assertEqual([tuple(f) for f in faces], [tuple(f) for f in meshes[0][1]])
+            self.assertEqual(vertices, meshes[0][0])
+
+    def test_errors_are_sentences(self):
+        broken = self.folder / "broken.ply"
+        broken.write_bytes(b"ply\nformat binary_little_endian 1.0\nelement vertex 3\n"
+                           b"property float x\nproperty float y\nproperty float z\n"
+                           b"element face 1\nproperty list uchar int vertex_indices\nend_header\n\0")
+        stl = self.folder / "scan.stl"
+        stl.write_text("solid x\nendsolid x\n")
+        good = self.folder / "good.ply"
+        rattan("synth", "-o", good, "--triangles", 2000, "--quiet")
+        out = self.folder / "out.drc"
+        for words, code in (
+            (["remesh", self.folder / "none.ply", "-o", out], 3),
+            (["remesh", broken, "-o", out], 3),
+            (["remesh", stl, "-o", out], 3),
+            (["remesh", good], 2),
+            (["remesh", good, "-o", self.folder / "out.xyz"], 2),
+            (["remesh", good, "-o", out, "--faces", "many"], 2),
+            (["remesh", good, "-o", out, "--faces", "10", "--ratio", "0.1"], 2),
+            (["remesh", good, "-o", out, "--smoothing", "1.5"], 2),
+            (["remesh", good, "-o", out, "--colour"], 2),
+            (["remesh", good, "-o", self.folder / "no" / "such" / "out.drc"], 4),
+            (["nonsense"], 2),
+            ([], 2),
+        ):
+            with self.subTest(words=words):
+                done = rattan(*words)
+                self.assertEqual(done.returncode, code, done.stderr)
+                self.assertIn("rattan: ", done.stderr)
+                self.assertNotIn("terminate", done.stderr)
+                self.assertFalse(out.exists())
+
+
+if __name__ == "__main__":
+    if not DATA:
+        print("RATTAN_DATA is not set: the tests on sample scans are skipped", file=sys.stderr)
+    unittest.main(verbosity=2)

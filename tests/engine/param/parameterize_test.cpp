@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: MIT
+#include "engine/param/parameterize.h"
+
+#include <cmath>
+#include <complex>
+
+#include <gtest/gtest.h>
+
+#include "engine/field/field_index.h"
+#include "engine/param/periodic_energy.h"
+#include "tests/engine/mesh/test_surfaces.h"
+
+namespace rattan {
+namespace {
+
+using testing::bytes_of;
+using testing::Surface;
+using testing::TiledScan;
+
+// theta and phi at the corners of every triangle, unrolled from the first corner in its gauge;
+// `closed` says whether the third edge agrees.
+struct Corners {
+  std::array<double, 3> theta{};
+  std::array<double, 3> phi{};
+  std::array<std::uint32_t, 3> r{};
+  bool field_closed = false;
+  bool phase_closed = false;
+};
+
+class Coordinates {
+ public:
+  Coordinates(TiledScan& scan, double omega)
+      : frames_(scan.all(fields::kFrame)), phase_(scan.all(fields::kPhase)), omega_(omega) {}
+
+  Corners triangle(const std::array<std::uint32_t, 3>& t) const {
+    Corners c;
+    const std::array<double, 2> a = angles(t[0]);
+    c.theta[0] = a[0];
+    c.phi[0] = a[1];
+    step(t[0], t[1], 0, c.theta[0], c.phi[0], c.theta[1], c.phi[1], c.r[1]);
+    step(t[0], t[2], 0, c.theta[0], c.phi[0], c.theta[2], c.phi[2], c.r[2]);
+    double theta = 0.0;
+    double phi = 0.0;
+    std::uint32_t r = 0;
+    step(t[1], t[2], c.r[1], c.theta[1], c.phi[1], theta, phi, r);
+    c.field_closed = r == c.r[2];
+    c.phase_closed = std::abs(theta - c.theta[2]) + std::abs(phi - c.phi[2]) < 1.0;
+    return c;
+  }
+  const std::vector<VertexFrame>& frames() const { return frames_; }
+
+ private:
+  std::array<double, 2> angles(std::uint32_t i) const {
+    return {std::atan2(static_cast<double>(phase_[i].u.imag()),
+                       static_cast<double>(phase_[i].u.real())),
+            std::atan2(static_cast<double>(phase_[i].v.imag()),
+                       static_cast<double>(phase_[i].v.real()))};
+  }
+  static std::array<double, 2> turn(double a, double b, std::uint32_t r) {
+    switch (r & 3U) {
+      case 0:
+        return {a, b};
+      case 1:
+        return {b, -a};
+      case 2:
+        return {-a, -b};
+      default:
+        return {-b, a};
+    }
+  }
+  // From i, whose gauge is turned by r_i against the triangle's, to j.
+  void step(std::uint32_t i, std::uint32_t j, std::uint32_t r_i, double theta_i, double phi_i,
+            double& theta_j, double& phi_j, std::uint32_t& r_j) const {
+    const EdgeGauge g = i < j ? edge_gauge(frames_[i], frames_[j], omega_)
+                              : reverse(edge_gauge(frames_[j], frames_[i], omega_));
+    const std::array<double, 2> d = turn(g.delta, g.delta_perp, r_i);
+    r_j = (r_i + g.r) & 3U;
+    const std::array<double, 2> a = angles(j);
+    const std::array<double, 2> p = turn(a[0], a[1], r_j);
+    const auto nearest = [](double value, double wanted) {
+      return value + 2.0 * M_PI * std::floor((wanted - value) / (2.0 * M_PI) + 0.5);
+    };
+    theta_j = nearest(p[0], theta_i + d[0]);
+    phi_j = nearest(p[1], phi_i + d[1]);
+  }
+
+  std::vector<VertexFrame> frames_;
+  std::vector<PairValue> phase_;
+  double omega_;
+};
+
+struct Singular {
+  int field = 0;
+  int phase = 0;
+};
+
+Singular count_singular(TiledScan& scan, const Surface& s, double omega) {
+  const Coordinates c(scan, omega);
+  Singular n;
+  for (const auto& t : s.triangles) {
+    const Corners k = c.triangle(t);
+    n.field += k.field_closed ? 0 : 1;
+    n.phase += k.field_closed && !k.phase_closed ? 1 : 0;
+  }
+  return n;
+}
+
+FieldOptions plain_options(double side) {
+  FieldOptions options;
+  options.quad_side = side;
+  options.low_pass = 0.0;
+  options.curl_power = 0.0;
+  return options;
+}
+
+TEST(Field, ASphereHasEightQuarterPolesFourHalfPolesOrTwoPoles) {
+  const Surface s = testing::sphere(24, 1.0);
+  for (const auto& [symmetry, poles] :
+       {std::pair{Symmetry::kFour, 8U}, std::pair{Symmetry::kTwo, 4U},
+        std::pair{Symmetry::kOne, 2U}}) {
+    TiledScan scan(s, 1500);
+    FieldOptions options = plain_options(0.2);
+    options.symmetry = symmetry;
+    compute_field(scan.store, scan.mesh, options, scan.tasks);
+    const FieldIndexCount count =
+        count_field_singularities(scan.store, scan.mesh, symmetry, scan.tasks);
+    EXPECT_EQ(count.positive, poles) << static_cast<int>(symmetry);
+    EXPECT_EQ(count.negative, 0U);
+    EXPECT_EQ(count.sum, static_cast<std::int64_t>(2 * static_cast<int>(symmetry)));
+  }
+}
+
+TEST(Field, FollowsTheCurvatureOfATorus) {
+  TiledScan scan(testing::torus(90, 36, 2.0, 0.6), 700);
+  compute_field(scan.store, scan.mesh, plain_options(0.3), scan.tasks);
+  const FieldIndexCount count =
+      count_field_singularities(scan.store, scan.mesh, Symmetry::kFour, scan.tasks);
+  EXPECT_EQ(count.positive + count.negative, 0U);
+  for (const VertexFrame& f : scan.all(fields::kFrame)) {
+    EXPECT_NEAR(f.direction.norm(), 1.0F, 1e-5F);
+    EXPECT_NEAR(f.direction.dot(f.normal), 0.0F, 1e-5F);
+    const Vec3f around = Vec3f(-f.position.y(), f.position.x(), 0.0F).normalized();
+    const float c = std::abs(f.direction.dot(around));
+    EXPECT_LT(std::min(c, 1.0F - c), 0.035F);
+  }
+}
+
+TEST(Parameterize, PlaneHasNoSingularityAndExactCoordinates) {
+  const Surface s = testing::jittered(testing::plane(40, 30, 8.0, 6.0), 0.0);
+  TiledScan scan(s, 300);
+  const SurfaceField field = compute_field(scan.store, scan.mesh, plain_options(1.0), scan.tasks);
+  ParamOptions options;
+  options.omega = 2.0;
+  options.solve.newton_steps = 4;
+  parameterize(scan.store, scan.mesh, field, options, scan.tasks);
+  const Coordinates c(scan, options.omega);
+  for (const auto& t : s.triangles) {
+    const Corners k = c.triangle(t);
+    ASSERT_TRUE(k.field_closed && k.phase_closed);
+    // |grad theta| = 2 pi / omega exactly, seen through squared lengths of edges.
+    for (int a = 0; a < 3; ++a) {
+      const int b = (a + 1) % 3;
+      const double parameter = std::hypot(k.theta[b] - k.theta[a], k.phi[b] - k.phi[a]);
+      const double length = (s.positions[t[b]] - s.positions[t[a]]).norm();
+      EXPECT_NEAR(parameter, 2.0 * M_PI / options.omega * length, 2e-2);
+    }
+  }
+}
+
+TEST(Parameterize, CylinderOfWholePeriodsIsExact) {
+  const double radius = 1.5;
+  const std::uint32_t around = 60;
+  const Surface s = testing::cylinder(around, 30, radius, 4.0);
+  TiledScan scan(s, 400);
+  const SurfaceField field = compute_field(scan.store, scan.mesh, plain_options(0.5), scan.tasks);
+  ParamOptions options;
+  options.omega = radius * around * std::sin(2.0 * M_PI / around) / 8.0;
+  options.solve.newton_steps = 6;
+  const SolveReport report = parameterize(scan.store, scan.mesh, field, options, scan.tasks);
+  const Singular n = count_singular(scan, s, options.omega);
+  EXPECT_EQ(n.field, 0);
+  EXPECT_EQ(n.phase, 0);
+  EXPECT_LT(report.energy_unit, 0.05);
+}
+
+TEST(Parameterize, AnotherPeriodNeedsNoNewField) {
+  const Surface s = testing::torus(60, 24, 2.0, 0.6);
+  TiledScan scan(s, 400);
+  const SurfaceField field = compute_field(scan.store, scan.mesh, plain_options(0.3), scan.tasks);
+  const std::string frames = bytes_of(scan.all(fields::kFrame));
+  ParamOptions options;
+  options.omega = 0.6;
+  parameterize(scan.store, scan.mesh, field, options, scan.tasks);
+  const std::string first = bytes_of(scan.all(fields::kPhase));
+  options.omega = 0.7;
+  parameterize(scan.store, scan.mesh, field, options, scan.tasks);
+  EXPECT_TRUE(first != bytes_of(scan.all(fields::kPhase)));
+  options.omega = 0.6;
+  parameterize(scan.store, scan.mesh, field, options, scan.tasks);
+  EXPECT_TRUE(first == bytes_of(scan.all(fields::kPhase)));
+  EXPECT_TRUE(frames == bytes_of(scan.all(fields::kFrame)));
+}
+
+TEST(Parameterize, OneThreadAndTwoGiveTheSameBytes) {
+  const Surface s = testing::jittered(testing::torus(80, 40, 2.0, 0.7), 0.01);
+  std::string first;
+  for (const int threads : {1, 2}) {
+    TiledScan scan(s, 300);
+    scan.tasks = TaskGraph({.threads = threads});
+    FieldOptions options;
+    options.quad_side = 0.25;
+    const SurfaceField field = compute_field(scan.store, scan.mesh, options, scan.tasks);
+    parameterize(scan.store, scan.mesh, field, {.omega = 0.5}, scan.tasks);
+    const std::string all = bytes_of(scan.all(fields::kFrame)) + bytes_of(scan.all(fields::kPhase));
+    if (first.empty()) {
+      first = all;
+    } else {
+      EXPECT_TRUE(first == all);
+    }
+  }
+}
+
+// PGP Fig. 7: meridians of a surface of revolution diverge; lines must end, unless v grows with
+// them.
+TEST(Parameterize, CurlCorrectionRemovesSingularitiesOfASurfaceOfRevolution) {
+  const Surface s = testing::grid_surface(120, 80, true, false, [](double u, double v) {
+    const double a = 2.0 * M_PI * u;
+    const double r = 1.0 + 0.5 * std::sin(2.0 * M_PI * v);
+    return Vec3d(r * std::cos(a), r * std::sin(a), 4.0 * v);
+  });
+  FieldOptions options = plain_options(0.1);
+  ParamOptions param;
+  param.omega = 0.2;
+  TiledScan scan(s, 1500);
+  SurfaceField field = compute_field(scan.store, scan.mesh, options, scan.tasks);
+  parameterize(scan.store, scan.mesh, field, param, scan.tasks);
+  const Singular without = count_singular(scan, s, param.omega);
+  EXPECT_EQ(without.field, 0);
+  EXPECT_GT(without.phase, 10);
+  // With full correction, and the period chosen so that a whole number of them goes around.
+  field.options.curl_power = 1.0;
+  field.options.curl_solve.tolerance = 1e-4F;
+  correct_curl(scan.store, scan.mesh, field, scan.tasks);
+  double around = 0.0;
+  const auto frames = scan.all(fields::kFrame);
+  for (std::uint32_t i = 0; i < 120; ++i) {
+    const VertexFrame& f = frames[40 * 120 + i];
+    around += 2.0 * M_PI * static_cast<double>(f.position.head<2>().norm()) *
+              static_cast<double>(f.scale) / 120.0;
+  }
+  param.omega = around / std::round(around / param.omega);
+  param.solve.newton_steps = 3;
+  parameterize(scan.store, scan.mesh, field, param, scan.tasks);
+  const Singular with = count_singular(scan, s, param.omega);
+  EXPECT_EQ(with.field, 0);
+  EXPECT_EQ(with.phase, 0);
+}
+
+}  // namespace
+}  // namespace rattan

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// One function a command: adds its options to the parser and says what to run when it is chosen.
+
+#include <functional>
+
+#include <CLI/CLI.hpp>
+
+namespace rattan {
+
+/// Set by the chosen command; main calls it after parsing.
+using Action = std::function<int()>;
+
+void add_remesh_command(CLI::App& app, Action& action);
+void add_synth_command(CLI::App& app, Action& action);
+void add_info_command(CLI::App& app, Action& action);
+
+}  // namespace rattan
