@@ -315,13 +315,17 @@ class Optimiser {
   }
 
   bool degraded(std::size_t f, const std::vector<Vec3d>& fallback) const {
-    const double now = quality(mesh_.positions, f);
+    double now = quality(mesh_.positions, f);
     if (now >= options_.least_jacobian) {
       return false;
     }
+    double before = quality(fallback, f);
+    const bool away = now < -2.0;
+    const bool was_away = before < -2.0;
+    now += away ? kFacingAway : 0.0;
+    before += was_away ? kFacingAway : 0.0;
     // What was inverted may move on: holding it would hold its neighbours too.
-    const double before = quality(fallback, f);
-    return before > 0.0 && now < before;
+    return (away && !was_away) || (now < options_.least_jacobian && before > 0.0 && now < before);
   }
 
   void relocate() {

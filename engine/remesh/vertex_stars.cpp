@@ -108,7 +108,7 @@ double corner_quality(std::span<const Vec3d> positions, std::span<const std::uin
     }
     least = std::min(least, e.cross(f).dot(n) / lengths);
   }
-  return n.dot(reference) < 0.0 ? least - 2.0 : least;
+  return n.dot(reference) < 0.0 ? least - kFacingAway : least;
 }
 
 std::vector<Vec3d> vertex_normals(const PolygonMesh& mesh, const VertexStars& stars) {

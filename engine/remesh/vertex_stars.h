@@ -31,9 +31,12 @@ struct VertexStars {
   }
 };
 
+/// Taken off the quality of polygons that face away.
+inline constexpr double kFacingAway = 4.0;
+
 /// The least sine over the corners of a polygon, measured against its mean normal: the scaled
-/// Jacobian of a quad. At most -1 if the polygon faces away from `reference` (unit or zero) or is
-/// degenerate.
+/// Jacobian of a quad. -1 if the polygon is degenerate; less by kFacingAway if it faces away from
+/// `reference` (unit or zero).
 double corner_quality(std::span<const Vec3d> positions, std::span<const std::uint32_t> face,
                       const Vec3d& reference);
 
