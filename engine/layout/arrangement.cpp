@@ -55,6 +55,8 @@ class Extraction {
       skeleton = {};  // before the next one is built
       skeleton = stitch(tiles_, cuts_, {trace_, static_cast<std::int64_t>(kLengthSteps)});
     }
+    tiles_.clear();  // the skeleton holds what is needed of them
+    tiles_.shrink_to_fit();
     Assembly assembly = assemble(skeleton, kLengthSteps, [&](std::span<const ArcRequest> requests) {
       return polylines(requests);
     });
