@@ -439,6 +439,7 @@ void Hdf5Store::discard_stage(std::string_view stage) {
 }
 
 std::vector<StoredStage> Hdf5Store::list() const {
+  const std::scoped_lock io(io_mutex_);
   const std::scoped_lock lock(mutex_);
   std::map<std::string, StoredStage> stages;
   for (const auto& [name, stage] : stages_) {

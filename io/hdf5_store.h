@@ -141,7 +141,7 @@ class Hdf5Store final : public Store {
   bool may_remove_directory_ = false;
 
   // io_mutex_ guards the files and the fields' existence; it is taken before mutex_.
-  std::mutex io_mutex_;
+  mutable std::mutex io_mutex_;
   mutable std::mutex mutex_;
   Names<Stage> stages_;
   Names<Field> fields_;

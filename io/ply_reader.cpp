@@ -15,66 +15,66 @@ constexpr const char* kCutOff = "It is cut off; copy or export it again";
 
 enum class Role { kSkip, kVertex, kFace, kStrip };
 
-template <class Word, bool kSwap>
+template <class Word, bool Swap>
 Word load_word(const char* p) {
   Word word;
   std::memcpy(&word, p, sizeof(Word));
-  if constexpr (kSwap && sizeof(Word) == 2) {
+  if constexpr (Swap && sizeof(Word) == 2) {
     word = static_cast<Word>(__builtin_bswap16(static_cast<std::uint16_t>(word)));
-  } else if constexpr (kSwap && sizeof(Word) == 4) {
+  } else if constexpr (Swap && sizeof(Word) == 4) {
     word = static_cast<Word>(__builtin_bswap32(static_cast<std::uint32_t>(word)));
-  } else if constexpr (kSwap && sizeof(Word) == 8) {
+  } else if constexpr (Swap && sizeof(Word) == 8) {
     word = static_cast<Word>(__builtin_bswap64(static_cast<std::uint64_t>(word)));
   }
   return word;
 }
 
-template <bool kSwap>
+template <bool Swap>
 double load_number(PlyType type, const char* p) {
   switch (type) {
     case PlyType::kInt8:
-      return load_word<std::int8_t, kSwap>(p);
+      return load_word<std::int8_t, Swap>(p);
     case PlyType::kUint8:
-      return load_word<std::uint8_t, kSwap>(p);
+      return load_word<std::uint8_t, Swap>(p);
     case PlyType::kInt16:
-      return load_word<std::int16_t, kSwap>(p);
+      return load_word<std::int16_t, Swap>(p);
     case PlyType::kUint16:
-      return load_word<std::uint16_t, kSwap>(p);
+      return load_word<std::uint16_t, Swap>(p);
     case PlyType::kInt32:
-      return load_word<std::int32_t, kSwap>(p);
+      return load_word<std::int32_t, Swap>(p);
     case PlyType::kUint32:
-      return load_word<std::uint32_t, kSwap>(p);
+      return load_word<std::uint32_t, Swap>(p);
     case PlyType::kFloat32:
-      return std::bit_cast<float>(load_word<std::uint32_t, kSwap>(p));
+      return std::bit_cast<float>(load_word<std::uint32_t, Swap>(p));
     case PlyType::kFloat64:
-      return std::bit_cast<double>(load_word<std::uint64_t, kSwap>(p));
+      return std::bit_cast<double>(load_word<std::uint64_t, Swap>(p));
     case PlyType::kInt64:
-      return static_cast<double>(load_word<std::int64_t, kSwap>(p));
+      return static_cast<double>(load_word<std::int64_t, Swap>(p));
     case PlyType::kUint64:
-      return static_cast<double>(load_word<std::uint64_t, kSwap>(p));
+      return static_cast<double>(load_word<std::uint64_t, Swap>(p));
   }
   return 0.0;
 }
 
 // Integer types only. A 64-bit unsigned beyond the signed range turns negative, which every caller
 // refuses.
-template <bool kSwap>
+template <bool Swap>
 std::int64_t load_integer(PlyType type, const char* p) {
   switch (type) {
     case PlyType::kInt8:
-      return load_word<std::int8_t, kSwap>(p);
+      return load_word<std::int8_t, Swap>(p);
     case PlyType::kUint8:
-      return load_word<std::uint8_t, kSwap>(p);
+      return load_word<std::uint8_t, Swap>(p);
     case PlyType::kInt16:
-      return load_word<std::int16_t, kSwap>(p);
+      return load_word<std::int16_t, Swap>(p);
     case PlyType::kUint16:
-      return load_word<std::uint16_t, kSwap>(p);
+      return load_word<std::uint16_t, Swap>(p);
     case PlyType::kInt32:
-      return load_word<std::int32_t, kSwap>(p);
+      return load_word<std::int32_t, Swap>(p);
     case PlyType::kUint32:
-      return load_word<std::uint32_t, kSwap>(p);
+      return load_word<std::uint32_t, Swap>(p);
     default:
-      return load_word<std::int64_t, kSwap>(p);
+      return load_word<std::int64_t, Swap>(p);
   }
 }
 
@@ -318,18 +318,18 @@ class PlyReader {
 
   // ---- binary ----
 
-  template <bool kSwap>
+  template <bool Swap>
   void read_binary(const PlyElement& element) {
     if (role_ == Role::kVertex && !element.has_list()) {
-      read_binary_vertices<kSwap>(element);
+      read_binary_vertices<Swap>(element);
     } else if (role_ == Role::kSkip && !element.has_list()) {
       skip_bytes(element, element.count * element.least_bytes());
     } else if (role_ == Role::kFace && element.properties.size() == 1 &&
                property(element, 0).count_type == PlyType::kUint8 &&
                ply_size(property(element, 0).type) == 4) {
-      read_binary_triangles<kSwap>(element);
+      read_binary_triangles<Swap>(element);
     } else {
-      read_binary_records<kSwap>(element);
+      read_binary_records<Swap>(element);
     }
   }
 
@@ -349,7 +349,7 @@ class PlyReader {
   }
 
   // Records of one size.
-  template <bool kSwap>
+  template <bool Swap>
   void read_binary_vertices(const PlyElement& element) {
     const std::size_t stride = element.least_bytes();
     std::size_t at[3];
@@ -369,16 +369,16 @@ class PlyReader {
       const char* p = source_.data();
       if (is_float) {
         const auto load = [](const char* q) {
-          return static_cast<double>(std::bit_cast<float>(load_word<std::uint32_t, kSwap>(q)));
+          return static_cast<double>(std::bit_cast<float>(load_word<std::uint32_t, Swap>(q)));
         };
         for (std::uint64_t r = 0; r < block; ++r, p += stride) {
           blocks_.add_vertex(load(p + at[0]), load(p + at[1]), load(p + at[2]));
         }
       } else {
         for (std::uint64_t r = 0; r < block; ++r, p += stride) {
-          blocks_.add_vertex(load_number<kSwap>(type[0], p + at[0]),
-                             load_number<kSwap>(type[1], p + at[1]),
-                             load_number<kSwap>(type[2], p + at[2]));
+          blocks_.add_vertex(load_number<Swap>(type[0], p + at[0]),
+                             load_number<Swap>(type[1], p + at[1]),
+                             load_number<Swap>(type[2], p + at[2]));
         }
       }
       source_.consume(static_cast<std::size_t>(block * stride));
@@ -388,7 +388,7 @@ class PlyReader {
 
   // "list uchar int" and nothing else: nearly every file. Triangles take the inner loop, other
   // polygons the general way.
-  template <bool kSwap>
+  template <bool Swap>
   void read_binary_triangles(const PlyElement& element) {
     constexpr std::size_t kRecord = 13;
     const bool is_signed = property(element, 0).type == PlyType::kInt32;
@@ -397,9 +397,9 @@ class PlyReader {
       const char* p = source_.data();
       const char* stop = p + source_.available();
       while (left > 0 && static_cast<std::size_t>(stop - p) >= kRecord && *p == 3) {
-        const std::uint32_t a = load_word<std::uint32_t, kSwap>(p + 1);
-        const std::uint32_t b = load_word<std::uint32_t, kSwap>(p + 5);
-        const std::uint32_t c = load_word<std::uint32_t, kSwap>(p + 9);
+        const std::uint32_t a = load_word<std::uint32_t, Swap>(p + 1);
+        const std::uint32_t b = load_word<std::uint32_t, Swap>(p + 5);
+        const std::uint32_t c = load_word<std::uint32_t, Swap>(p + 9);
         // Unsigned, so a negative index is beyond any count that signed indices can reach.
         if (std::max({a, b, c}) >= vertices_ ||
             (is_signed && static_cast<std::int32_t>(a | b | c) < 0)) {
@@ -411,20 +411,20 @@ class PlyReader {
       }
       source_.consume(static_cast<std::size_t>(p - source_.data()));
       if (left > 0) {
-        read_binary_record<kSwap>(element);
+        read_binary_record<Swap>(element);
         --left;
       }
     }
   }
 
-  template <bool kSwap>
+  template <bool Swap>
   void read_binary_records(const PlyElement& element) {
     for (std::uint64_t r = 0; r < element.count; ++r) {
-      read_binary_record<kSwap>(element);
+      read_binary_record<Swap>(element);
     }
   }
 
-  template <bool kSwap>
+  template <bool Swap>
   void read_binary_record(const PlyElement& element) {
     double p[3] = {};
     for (std::size_t k = 0; k < element.properties.size(); ++k) {
@@ -434,7 +434,7 @@ class PlyReader {
         need(element, size);
         for (int axis = 0; axis < 3; ++axis) {
           if (role_ == Role::kVertex && position_[axis] == static_cast<int>(k)) {
-            p[axis] = load_number<kSwap>(prop.type, source_.data());
+            p[axis] = load_number<Swap>(prop.type, source_.data());
           }
         }
         source_.consume(size);
@@ -442,14 +442,14 @@ class PlyReader {
       }
       const std::size_t count_size = ply_size(prop.count_type);
       need(element, count_size);
-      const std::int64_t length = load_integer<kSwap>(prop.count_type, source_.data());
+      const std::int64_t length = load_integer<Swap>(prop.count_type, source_.data());
       if (length < 0) {
         source_.fail_at_byte(source_.offset(), "a list has the length " + std::to_string(length),
                              kRepair);
       }
       source_.consume(count_size);
       if (static_cast<int>(k) == list_) {
-        read_binary_face<kSwap>(element, prop.type, length);
+        read_binary_face<Swap>(element, prop.type, length);
       } else if (static_cast<std::uint64_t>(length) > kMaxListBytes / size) {
         fail_cut_off(element);
       } else {
@@ -461,13 +461,13 @@ class PlyReader {
     }
   }
 
-  template <bool kSwap>
+  template <bool Swap>
   void read_binary_face(const PlyElement& element, PlyType type, std::int64_t length) {
     const std::size_t size = ply_size(type);
     begin_face();
     for (; length > 0; --length) {
       need(element, size);
-      const std::int64_t index = load_integer<kSwap>(type, source_.data());
+      const std::int64_t index = load_integer<Swap>(type, source_.data());
       if (!add_index(index)) {
         source_.fail_at_byte(source_.offset(), bad_index(index), kRepair);
       }

@@ -89,8 +89,14 @@ class Contest {
         continue;
       }
       if (!taken.empty()) {
+        // While the one in the way looks for another fan, no face it pushes on in turn may take a
+        // diagonal of this one.
+        const auto mark = static_cast<std::ptrdiff_t>(seen_.size());
         seen_.push_back(taken.front());
+        for_diagonals(face, a, [&](Key key) { seen_.push_back(key); });
+        const auto end = static_cast<std::ptrdiff_t>(seen_.size());
         if (!try_place(owner_.at(taken.front()))) {
+          seen_.erase(seen_.begin() + mark + 1, seen_.begin() + end);
           continue;
         }
       }

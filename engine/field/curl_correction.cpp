@@ -118,7 +118,8 @@ void assemble_tile(State& s, double pull) {
     for (int c = 0; c < 3; ++c) {
       const int d = (c + 1) % 3;
       const double t = g.dot(p[d] - p[c]);
-      const double half_cot = half_cotangent(p[(c + 2) % 3], p[c], p[d]);
+      const Vec3d& apex = p[(c + 2) % 3];
+      const double half_cot = 0.5 * (p[c] - apex).dot(p[d] - apex) / twice_area;
       add(tri[c], tri[d], half_cot, twice_area, t);
       add(tri[d], tri[c], half_cot, twice_area, -t);
     }

@@ -37,7 +37,7 @@ struct FieldOptions {
   /// The smoothing system; `reference` selects the paper's own procedure for it.
   SolveOptions smoothing_solve{.penalty = 0.02F,
                                .coarse_stiffness = 0.5F,
-                               .passes = 2,
+                               .passes = 1,
                                .sweeps = 8,
                                .newton_steps = 0,
                                .tolerance = 1e-2F,
@@ -52,7 +52,7 @@ struct ParamOptions {
   SolveOptions solve{.penalty = 0.2F,
                      .coarse_stiffness = 1.0F,
                      .passes = 2,
-                     .sweeps = 8,
+                     .sweeps = 6,
                      .newton_steps = 0,
                      .tolerance = 1e-2F,
                      .unit_norm = true};

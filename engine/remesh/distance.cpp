@@ -30,8 +30,7 @@ struct Summary {
   double rms() const { return count > 0 ? std::sqrt(squares / static_cast<double>(count)) : 0.0; }
 };
 
-/// The remesh as triangles over float positions, in Morton order of their centres so that the index
-/// is tight whatever the order of the faces.
+/// The remesh as triangles over float positions, in an order that makes the index tight.
 struct Triangulated {
   std::vector<Vec3f> positions;
   std::vector<LocalTriangle> triangles;
@@ -57,33 +56,48 @@ struct Triangulated {
   }
 
   void sort() {
-    Vec3f lo = Vec3f::Constant(std::numeric_limits<float>::infinity());
-    Vec3f hi = -lo;
-    for (const Vec3f& p : positions) {
-      lo = lo.cwiseMin(p);
-      hi = hi.cwiseMax(p);
-    }
-    const float scale = 1023.0F / std::max((hi - lo).maxCoeff(), 1e-30F);
-    const auto spread = [](std::uint32_t v) {
-      std::uint32_t s = 0;
-      for (std::uint32_t bit = 0; bit < 10; ++bit) {
-        s |= (v >> bit & 1U) << (3 * bit);
-      }
-      return s;
-    };
-    std::vector<std::pair<std::uint32_t, LocalTriangle>> keyed;
-    keyed.reserve(triangles.size());
+    std::vector<Item> items;
+    items.reserve(triangles.size());
     for (const LocalTriangle& t : triangles) {
-      const Vec3f c = ((positions[t[0]] + positions[t[1]] + positions[t[2]]) / 3.0F - lo) * scale;
-      keyed.emplace_back(spread(static_cast<std::uint32_t>(c.x())) << 2 |
-                             spread(static_cast<std::uint32_t>(c.y())) << 1 |
-                             spread(static_cast<std::uint32_t>(c.z())),
-                         t);
+      items.push_back({positions[t[0]] + positions[t[1]] + positions[t[2]], t});
     }
-    std::sort(keyed.begin(), keyed.end());
-    for (std::size_t i = 0; i < keyed.size(); ++i) {
-      triangles[i] = keyed[i].second;
+    split(items);
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      triangles[i] = items[i].triangle;
     }
+  }
+
+ private:
+  struct Item {
+    Vec3f centre;  ///< times three
+    LocalTriangle triangle;
+  };
+
+  /// Median splits along the longest axis, at multiples of the sizes of the index's nodes.
+  static void split(std::span<Item> items) {
+    if (items.size() <= 8) {
+      return;
+    }
+    std::size_t unit = 8;
+    while (8 * unit < items.size()) {
+      unit *= 8;
+    }
+    const std::size_t half = (items.size() + unit - 1) / unit / 2 * unit;
+    Vec3f lo = items.front().centre;
+    Vec3f hi = lo;
+    for (const Item& i : items) {
+      lo = lo.cwiseMin(i.centre);
+      hi = hi.cwiseMax(i.centre);
+    }
+    Eigen::Index axis = 0;
+    (hi - lo).maxCoeff(&axis);
+    std::nth_element(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(half), items.end(),
+                     [axis](const Item& a, const Item& b) {
+                       return a.centre[axis] != b.centre[axis] ? a.centre[axis] < b.centre[axis]
+                                                               : a.triangle < b.triangle;
+                     });
+    split(items.first(half));
+    split(items.subspan(half));
   }
 };
 
@@ -142,13 +156,8 @@ Summary remesh_to_scan(const PolygonMesh& remesh, SurfaceProjector& projector, T
   for (std::size_t f = 0; f < remesh.face_count(); ++f) {
     const auto c = remesh.face(f);
     Vec3d centre = Vec3d::Zero();
-    for (std::size_t k = 0; k < c.size(); ++k) {
-      const std::uint32_t a = c[k];
-      const std::uint32_t b = c[(k + 1) % c.size()];
-      centre += remesh.positions[a];
-      if (a < b) {
-        queries.push_back({0.5 * (remesh.positions[a] + remesh.positions[b]), infinity, hint(a)});
-      }
+    for (const std::uint32_t v : c) {
+      centre += remesh.positions[v];
     }
     queries.push_back({centre / static_cast<double>(c.size()), infinity, hint(c[0])});
   }

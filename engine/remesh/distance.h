@@ -20,7 +20,7 @@ struct DistanceOptions {
 
 /// All lengths in units of the file.
 struct DistanceReport {
-  // From the remesh (its vertices, the middles of its edges and faces) to the scan.
+  // From the remesh (its vertices and the middles of its faces) to the scan.
   double to_input_max = 0.0;
   double to_input_rms = 0.0;
   double to_input_mean = 0.0;

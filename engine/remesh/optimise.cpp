@@ -275,8 +275,8 @@ class Optimiser {
     }
   }
 
-  /// Puts vertices back to `fallback` wherever a face came out below the least Jacobian and worse
-  /// than it was there. Ends, as faces of put-back vertices alone are as they were.
+  /// Puts vertices back to `fallback` wherever a face that was not inverted there came out below
+  /// the least Jacobian and worse. Ends, as faces of put-back vertices alone are as they were.
   void revert_degraded(const std::vector<Vec3d>& fallback) {
     std::vector<std::uint8_t> suspect(mesh_.face_count());
     parallel_indices(
@@ -316,7 +316,12 @@ class Optimiser {
 
   bool degraded(std::size_t f, const std::vector<Vec3d>& fallback) const {
     const double now = quality(mesh_.positions, f);
-    return now < options_.least_jacobian && now < quality(fallback, f);
+    if (now >= options_.least_jacobian) {
+      return false;
+    }
+    // What was inverted may move on: holding it would hold its neighbours too.
+    const double before = quality(fallback, f);
+    return before > 0.0 && now < before;
   }
 
   void relocate() {
@@ -391,7 +396,7 @@ class Optimiser {
     const double before = best;
     Vec3d at = mesh_.positions[v];
     double step = 0.5 * edge_length_;
-    for (int halvings = 0; halvings < 7;) {
+    for (int halvings = 0, moves = 0; halvings < 7 && moves < 20; ++moves) {
       Vec3d better = at;
       for (const auto& d : kDirections) {
         const Vec3d candidate = at + step * (d[0] * e + d[1] * g);

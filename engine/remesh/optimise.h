@@ -33,7 +33,8 @@ struct OptimiseOptions {
   bool relocate = true;
   double tangential_weight = 0.3;
   double normal_weight = 0.01;
-  /// No step may push the scaled Jacobian of a face below this, nor lower it further.
+  /// No step may push the scaled Jacobian of a face below this, nor lower it further, unless the
+  /// face is inverted already.
   double least_jacobian = 0.1;
   /// Rounds of local search around faces with a scaled Jacobian of zero or less.
   int untangle_rounds = 4;

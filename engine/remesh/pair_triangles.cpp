@@ -18,6 +18,9 @@ constexpr std::size_t kGrain = 16;
 /// Distortion counts by this much: the vertices will be moved afterwards, which takes about half of
 /// it away.
 constexpr double kRelaxed = 0.5;
+/// What a new vertex on the boundary costs: its edges are short.
+constexpr double kBorderVertex = 0.4;
+constexpr std::uint32_t kNone = CellMap::kNone;
 
 struct Strip {
   std::uint32_t first = 0;                             ///< the triangle it starts from
@@ -28,17 +31,21 @@ struct Strip {
 struct Candidate {
   double gain = 0;
   Strip strip;
-  std::vector<std::uint32_t> ring;  ///< half-edges around the union
+  /// Half-edges around the union. If the strip ends at the boundary, kNone stands for the second
+  /// half of the boundary edge `border` after its division.
+  std::vector<std::uint32_t> ring;
+  std::uint32_t border = kNone;
   PolygonSplit split;
 };
 
 /// Finds strips and values them; one a thread.
 class Finder {
  public:
-  Finder(const CellMap& map, std::uint32_t between) : map_(map), between_(between) {}
+  Finder(const CellMap& map, std::uint32_t between, bool to_border)
+      : map_(map), between_(between), to_border_(to_border) {}
 
-  /// The best strip from the triangle to one of higher id with `between` quads in the middle; its
-  /// count stays zero if none gains.
+  /// The best strip from the triangle over `between` quads to a triangle of higher id, or to the
+  /// boundary; its count stays zero if none gains.
   void search(std::uint32_t triangle, Candidate& best) {
     strip_.first = triangle;
     strip_.count = 0;
@@ -52,12 +59,17 @@ class Finder {
     std::uint32_t h = start;
     do {
       const std::uint32_t g = map_.face(CellMap::twin(h));
-      if (h != entry && !map_.is_hole(g) &&
-          std::find(path_.begin(), path_.begin() + strip_.count + 1, g) ==
-              path_.begin() + strip_.count + 1) {
+      if (map_.is_hole(g)) {
+        if (to_border_ && strip_.count == between_) {
+          border_ = h;
+          value(best);
+          border_ = kNone;
+        }
+      } else if (h != entry && std::find(path_.begin(), path_.begin() + strip_.count + 1, g) ==
+                                   path_.begin() + strip_.count + 1) {
         strip_.cross[strip_.count] = h;
         if (strip_.count == between_) {
-          if (map_.degree(g) == 3 && g > strip_.first) {
+          if (!to_border_ && map_.degree(g) == 3 && g > strip_.first) {
             ++strip_.count;
             path_[strip_.count] = g;
             value(best);
@@ -106,18 +118,26 @@ class Finder {
       return;
     }
     // Both sides without what triangles cost as such.
-    double old_shape = -2 * PolygonSplitter::kTriangle;
+    const double triangles = PolygonSplitter::kTriangle * (to_border_ ? 1 : 2);
+    double old_shape = -triangles;
     for (std::uint32_t k = 0; k <= strip_.count; ++k) {
       map_.face_halves(path_[k], halves_);
       gather_corners(map_, halves_, {}, corners_);
       old_shape += splitter_.cost(corners_);
     }
     gather_corners(map_, ring_, {strip_.cross.data(), strip_.count}, corners_);
+    if (border_ != kNone) {
+      divide_border();
+    }
     const std::size_t n = ring_.size();
     corners_.bias.resize(n);
     bare_.resize(n);
     for (std::uint32_t i = 0; i < n; ++i) {
       const std::uint32_t v = corners_.vertex[i];
+      corners_.bias[i] = 0;
+      if (v == kNone) {
+        continue;
+      }
       bare_[i] = map_.valence(v);
       for (std::uint32_t k = 0; k < strip_.count; ++k) {
         bare_[i] -= map_.origin(strip_.cross[k]) == v || map_.target(strip_.cross[k]) == v;
@@ -129,9 +149,13 @@ class Finder {
     if (!split.feasible) {
       return;
     }
-    double gain = 2 * PolygonSplitter::kTriangle + kRelaxed * (old_shape - split.cost);
-    for (std::uint32_t i = 0; i < ring_.size(); ++i) {
-      const std::uint32_t v = map_.origin(ring_[i]);
+    double gain =
+        triangles + kRelaxed * (old_shape - split.cost) - (to_border_ ? kBorderVertex : 0);
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const std::uint32_t v = corners_.vertex[i];
+      if (v == kNone) {
+        continue;
+      }
       std::uint32_t valence = bare_[i];
       for (const auto& [a, b] : split.diagonals) {
         valence += a == i || b == i;
@@ -146,12 +170,39 @@ class Finder {
       best.gain = gain;
       best.strip = strip_;
       best.ring = ring_;
+      best.border = border_;
       best.split = std::move(split);
     }
   }
 
+  /// Adds the middle of the boundary edge to the ring and the corners.
+  void divide_border() {
+    const std::size_t n = ring_.size();
+    const auto at = static_cast<std::size_t>(std::find(ring_.begin(), ring_.end(), border_) -
+                                             ring_.begin() + 1);
+    const std::uint32_t u = map_.origin(border_), v = map_.target(border_);
+    std::vector<std::uint8_t> forbidden((n + 1) * (n + 1), 0);
+    for (std::size_t i = 0; i < n; ++i) {
+      for (std::size_t j = i + 1; j < n; ++j) {
+        forbidden[(i + (i >= at)) * (n + 1) + j + (j >= at)] = corners_.forbidden[i * n + j];
+      }
+    }
+    corners_.forbidden.swap(forbidden);
+    const auto offset = static_cast<std::ptrdiff_t>(at);
+    ring_.insert(ring_.begin() + offset, kNone);
+    corners_.vertex.insert(corners_.vertex.begin() + offset, kNone);
+    corners_.position.insert(corners_.position.begin() + offset,
+                             Vec3d(0.5 * (map_.position(u) + map_.position(v))));
+    const Vec3d normal = map_.normal(u) + map_.normal(v);
+    const double norm = normal.norm();
+    corners_.normal.insert(corners_.normal.begin() + offset,
+                           norm > 0 ? Vec3d(normal / norm) : Vec3d::Zero());
+  }
+
   const CellMap& map_;
   std::uint32_t between_;
+  bool to_border_;
+  std::uint32_t border_ = kNone;
   Strip strip_;
   std::array<std::uint32_t, kMaxBetween + 2> path_{};
   std::vector<std::uint32_t> ring_, ids_, halves_, bare_;
@@ -171,12 +222,18 @@ bool still_allowed(const CellMap& map, const Candidate& c) {
     return false;
   };
   for (const auto& [a, b] : c.split.diagonals) {
+    if (c.ring[a] == kNone || c.ring[b] == kNone) {
+      continue;
+    }
     const std::uint32_t h = map.find_half(map.origin(c.ring[a]), map.origin(c.ring[b]));
     if (h != CellMap::kNone && !in_strip(h)) {
       return false;
     }
   }
   for (std::uint32_t i = 0; i < c.ring.size(); ++i) {
+    if (c.ring[i] == kNone) {
+      continue;
+    }
     const std::uint32_t v = map.origin(c.ring[i]);
     std::uint32_t valence = map.valence(v);
     for (std::uint32_t k = 0; k < c.strip.count; ++k) {
@@ -194,12 +251,13 @@ bool still_allowed(const CellMap& map, const Candidate& c) {
 
 /// One round of search and execution from the given triangles; returns the number of strips
 /// re-split.
-std::uint64_t resplit(CellMap& map, std::span<const std::uint32_t> starts, std::uint32_t between) {
+std::uint64_t resplit(CellMap& map, std::span<const std::uint32_t> starts, std::uint32_t between,
+                      bool to_border) {
   std::vector<Candidate> found(starts.size());
   parallel_chunks(
       starts.size(),
       [&](std::size_t begin, std::size_t end) {
-        Finder finder(map, between);
+        Finder finder(map, between, to_border);
         for (std::size_t i = begin; i < end; ++i) {
           finder.search(starts[i], found[i]);
         }
@@ -216,7 +274,7 @@ std::uint64_t resplit(CellMap& map, std::span<const std::uint32_t> starts, std::
   std::vector<std::uint8_t> touched(map.face_count(), 0);
   std::uint64_t done = 0;
   for (const std::uint32_t i : order) {
-    const Candidate& c = found[i];
+    Candidate& c = found[i];
     const std::span<const std::uint32_t> cross(c.strip.cross.data(), c.strip.count);
     const bool free = std::all_of(cross.begin(), cross.end(), [&](std::uint32_t h) {
       return map.half_alive(h) && !touched[map.face(h)] && !touched[map.face(CellMap::twin(h))];
@@ -230,6 +288,11 @@ std::uint64_t resplit(CellMap& map, std::span<const std::uint32_t> starts, std::
     for (const std::uint32_t h : cross) {
       map.erase_edge(h);
     }
+    if (c.border != kNone) {
+      const Vec3d middle =
+          0.5 * (map.position(map.origin(c.border)) + map.position(map.target(c.border)));
+      *std::find(c.ring.begin(), c.ring.end(), kNone) = map.split_edge(c.border, middle);
+    }
     apply_split(map, c.ring, c.split);
     touched.resize(map.face_count(), 1);  // what split_face made
     ++done;
@@ -242,7 +305,7 @@ std::uint64_t resplit(CellMap& map, std::span<const std::uint32_t> starts, std::
 PairReport pair_triangles(CellMap& map, std::uint32_t max_between) {
   PairReport report;
   std::vector<std::uint32_t> triangles;
-  for (std::uint32_t between = 0; between <= std::min(max_between, kMaxBetween); ++between) {
+  const auto run = [&](std::uint32_t between, bool to_border, std::uint64_t& total) {
     for (int round = 0; round < 4; ++round) {
       triangles.clear();
       for (std::uint32_t f = 0; f < map.face_count(); ++f) {
@@ -250,12 +313,20 @@ PairReport pair_triangles(CellMap& map, std::uint32_t max_between) {
           triangles.push_back(f);
         }
       }
-      const std::uint64_t done = resplit(map, triangles, between);
-      report.pairs += done;
+      const std::uint64_t done = resplit(map, triangles, between, to_border);
+      total += done;
       if (done == 0) {
         break;
       }
     }
+  };
+  const std::uint32_t most = std::min(max_between, kMaxBetween);
+  for (std::uint32_t between = 0; between <= most; ++between) {
+    run(between, false, report.pairs);
+  }
+  // A triangle at the boundary itself would become a quad with a flat corner.
+  for (std::uint32_t between = 1; between <= most; ++between) {
+    run(between, true, report.at_border);
   }
   return report;
 }

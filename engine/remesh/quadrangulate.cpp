@@ -41,7 +41,9 @@ PolygonMesh quadrangulate(CellComplex&& cells, const QuadrangulateOptions& optio
   report.stars = split.stars;
   report.insets = split.insets;
   report.triangles_split = count_triangles(map);
-  report.triangle_pairs = pair_triangles(map, options.pair_between).pairs;
+  const PairReport paired = pair_triangles(map, options.pair_between);
+  report.triangle_pairs = paired.pairs;
+  report.border_triangles = paired.at_border;
   const RepairReport repaired = repair(map);
   report.doublets = repaired.doublets;
   report.insets += repaired.insets;
@@ -96,12 +98,12 @@ PolygonMesh subdivide_to_quads(PolygonMesh&& mesh) {
   return fine;
 }
 
-std::uint64_t split_bad_quads(PolygonMesh& mesh) {
+std::uint64_t split_bad_quads(PolygonMesh& mesh, double least) {
   std::vector<std::uint32_t> bad;
   for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
     const auto v = mesh.face(f);
     if (v.size() == 4 && !(scaled_jacobian(mesh.positions[v[0]], mesh.positions[v[1]],
-                                           mesh.positions[v[2]], mesh.positions[v[3]]) > 0)) {
+                                           mesh.positions[v[2]], mesh.positions[v[3]]) > least)) {
       bad.push_back(f);
     }
   }

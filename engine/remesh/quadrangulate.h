@@ -17,7 +17,8 @@ struct QuadrangulateOptions {
   double side = 1.0;
   /// Edges shorter than this share of `side` are contracted (up to twice that where it pays).
   double contract_below = 0.4;
-  /// Strips of at most so many quads between two triangles are re-split.
+  /// Strips of at most so many quads between two triangles, or between a triangle and the boundary,
+  /// are re-split.
   std::uint32_t pair_between = 4;
   /// Ends with one step of subdivision where a triangle is left: four quads a quad, three a
   /// triangle; ask for twice the side then.
@@ -26,11 +27,12 @@ struct QuadrangulateOptions {
 
 struct QuadrangulateReport {
   CleanReport clean;
-  std::uint64_t stars = 0;            ///< polygons divided around a new vertex
-  std::uint64_t insets = 0;           ///< faces refined because nothing simpler was valid
-  std::uint64_t triangles_split = 0;  ///< triangles after dividing the polygons
-  std::uint64_t triangle_pairs = 0;   ///< pairs of triangles removed along strips
-  std::uint64_t doublets = 0;         ///< vertices of valence two removed
+  std::uint64_t stars = 0;             ///< polygons divided around a new vertex
+  std::uint64_t insets = 0;            ///< faces refined because nothing simpler was valid
+  std::uint64_t triangles_split = 0;   ///< triangles after dividing the polygons
+  std::uint64_t triangle_pairs = 0;    ///< pairs of triangles removed along strips
+  std::uint64_t border_triangles = 0;  ///< triangles removed along strips to the boundary
+  std::uint64_t doublets = 0;          ///< vertices of valence two removed
   bool subdivided = false;
 };
 
@@ -48,9 +50,9 @@ PolygonMesh quadrangulate(CellComplex&& cells, const QuadrangulateOptions& optio
 /// Keeps every guarantee above.
 PolygonMesh subdivide_to_quads(PolygonMesh&& mesh);
 
-/// Divides each quad whose scaled Jacobian (see quality.h) is not positive by its better diagonal
-/// into two triangles, around a centre vertex into four if both diagonals are edges already; keeps
-/// every guarantee above. Returns the number of quads divided.
-std::uint64_t split_bad_quads(PolygonMesh& mesh);
+/// Divides each quad whose scaled Jacobian (see quality.h) is at most `least` by its better
+/// diagonal into two triangles, around a centre vertex into four if both diagonals are edges
+/// already; keeps every guarantee above. Returns the number of quads divided.
+std::uint64_t split_bad_quads(PolygonMesh& mesh, double least = 0.0);
 
 }  // namespace rattan

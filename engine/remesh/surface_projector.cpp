@@ -15,9 +15,12 @@ constexpr std::size_t kGroup = 32;
 constexpr std::size_t kQueryGrain = 256;
 
 double box_distance2(const Vec3d& p, const Vec3f& lo, const Vec3f& hi) {
-  const Vec3d outside =
-      (lo.cast<double>() - p).cwiseMax(p - hi.cast<double>()).cwiseMax(Vec3d::Zero());
-  return outside.squaredNorm();
+  double sum = 0.0;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const double out = std::max({double{lo[axis]} - p[axis], p[axis] - double{hi[axis]}, 0.0});
+    sum += out * out;
+  }
+  return sum;
 }
 
 }  // namespace
@@ -144,6 +147,7 @@ void SurfaceProjector::run(const char* name, const Bins& bins,
   struct State {
     TileMesh mesh;
     std::shared_ptr<const TileScene> scene;
+    std::vector<std::uint32_t> order;
     std::vector<SurfacePoint> found;
   };
   run_pass<State>(
@@ -163,11 +167,17 @@ void SurfaceProjector::run(const char* name, const Bins& bins,
         const TriangleIndex& index = s.scene->index;
         const std::uint64_t begin = bins.begin[active[k.value]];
         const std::uint64_t count = bins.begin[active[k.value] + 1] - begin;
+        // Neighbours in the scan one after another, so that they find the hierarchy in the cache.
+        s.order.assign(bins.query.begin() + static_cast<std::ptrdiff_t>(begin),
+                       bins.query.begin() + static_cast<std::ptrdiff_t>(begin + count));
+        std::sort(s.order.begin(), s.order.end(), [&](std::uint32_t a, std::uint32_t b) {
+          return queries[a].hint != queries[b].hint ? queries[a].hint < queries[b].hint : a < b;
+        });
         s.found.resize(count);
         parallel_indices(
             count,
             [&](std::size_t i) {
-              const std::uint32_t q = bins.query[begin + i];
+              const std::uint32_t q = s.order[i];
               const ProjectionQuery& query = queries[q];
               ClosestHit hit = bounds[q];
               if (query.hint - index.base() < index.triangles().size()) {
@@ -184,9 +194,8 @@ void SurfaceProjector::run(const char* name, const Bins& bins,
             kQueryGrain);
       },
       [&](TileId k, State& s) {
-        const std::uint64_t begin = bins.begin[active[k.value]];
         for (std::size_t i = 0; i < s.found.size(); ++i) {
-          SurfacePoint& best = results[bins.query[begin + i]];
+          SurfacePoint& best = results[s.order[i]];
           const ClosestHit so_far{best.distance2, best.triangle};
           if (s.found[i].found() && so_far.better(s.found[i].distance2, s.found[i].triangle)) {
             best = s.found[i];

@@ -4,10 +4,11 @@
 #include "engine/remesh/triangle_index.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <emmintrin.h>
 
 #include <Eigen/Geometry>
-#include <embree3/rtcore.h>
 
 #include "engine/core/errors.h"
 
@@ -15,22 +16,24 @@ namespace rattan {
 
 namespace {
 
-// One Embree primitive is a block of this many consecutive triangles: a hierarchy over single
-// triangles takes three times the time and memory to build and gains little per query.
-constexpr std::uint32_t kBlock = 4;
+constexpr std::size_t kFan = 8;
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-RTCDevice shared_device() {
-  // Never released: scenes may live until the process ends.
-  static const RTCDevice device = [] {
-    RTCDevice d = rtcNewDevice(nullptr);
-    ensure(d != nullptr, "Embree gives a device");
-    return d;
-  }();
-  return device;
-}
+constexpr std::uint32_t kLevelShift = 28;
+constexpr std::uint32_t kPlaceMask = (1U << kLevelShift) - 1;
 
-void release(void* scene) {
-  rtcReleaseScene(static_cast<RTCScene>(scene));
+/// A node still to be looked at: its level in the upper bits, its place within the level below.
+struct Pending {
+  float distance2;
+  std::uint32_t node;
+};
+
+/// The bound in single precision, widened by more than the rounding of the point and of the boxes'
+/// distances (a few units in the last place of the largest coordinate).
+float widened(double distance2, float largest_coordinate) {
+  const double slack = 1e-6 * static_cast<double>(largest_coordinate);
+  const double radius = std::sqrt(distance2) * (1.0 + 1e-5) + slack;
+  return static_cast<float>(std::min(radius * radius + 1e-36, 3e38));
 }
 
 ClosestOnTriangle on_segment(const Vec3d& p, const Vec3d& a, const Vec3d& b, int ia, int ib) {
@@ -115,63 +118,6 @@ ClosestOnTriangle closest_on_triangle(const Vec3d& p, const Vec3d& a, const Vec3
   return r;
 }
 
-struct TriangleIndex::Query {
-  const TriangleIndex* index;
-  Vec3d point;
-  ClosestHit* hit;
-  bool by_label;
-  std::uint32_t label;
-  float largest_coordinate;  ///< of the point and the triangles
-};
-
-struct TriangleIndex::Access {
-  // Embree culls with its own single-precision arithmetic, which differs between instruction sets,
-  // and sees the point rounded: ask for a little more than the bound, so that every triangle within
-  // the bound is always visited.
-  static float inflated(double distance2, float largest_coordinate) {
-    if (!(distance2 < 1e36)) {
-      return std::numeric_limits<float>::infinity();
-    }
-    const double slack = 2e-6 * static_cast<double>(largest_coordinate);
-    return static_cast<float>(std::sqrt(distance2) * (1.0 + 1e-5) + slack + 1e-36);
-  }
-
-  static void bounds(const RTCBoundsFunctionArguments* args) {
-    const auto* index = static_cast<const TriangleIndex*>(args->geometryUserPtr);
-    const std::size_t first = std::size_t{args->primID} * kBlock;
-    const std::size_t last = std::min(first + kBlock, index->triangles_.size());
-    Vec3f lo = Vec3f::Constant(std::numeric_limits<float>::infinity());
-    Vec3f hi = -lo;
-    for (std::size_t t = first; t < last; ++t) {
-      for (const std::uint32_t v : index->triangles_[t]) {
-        lo = lo.cwiseMin(index->positions_[v]);
-        hi = hi.cwiseMax(index->positions_[v]);
-      }
-    }
-    *args->bounds_o = {lo.x(), lo.y(), lo.z(), 0.0F, hi.x(), hi.y(), hi.z(), 0.0F};
-  }
-
-  static bool visit(RTCPointQueryFunctionArguments* args) {
-    auto& query = *static_cast<Query*>(args->userPtr);
-    const TriangleIndex& index = *query.index;
-    const std::size_t first = std::size_t{args->primID} * kBlock;
-    const std::size_t last = std::min(first + kBlock, index.triangles_.size());
-    const double before = query.hit->distance2;
-    for (std::size_t t = first; t < last; ++t) {
-      if (query.by_label && index.labels_[t] != query.label) {
-        continue;
-      }
-      index.try_triangle(query.point, static_cast<std::uint32_t>(t), *query.hit);
-    }
-    if (query.hit->distance2 < before) {
-      args->query->radius =
-          std::min(args->query->radius, inflated(query.hit->distance2, query.largest_coordinate));
-      return true;
-    }
-    return false;
-  }
-};
-
 TriangleIndex::TriangleIndex(std::span<const Vec3f> positions,
                              std::span<const LocalTriangle> triangles, std::uint64_t base,
                              std::span<const std::uint32_t> labels)
@@ -188,34 +134,45 @@ TriangleIndex::TriangleIndex(std::span<const Vec3f> positions,
     return;
   }
   largest_coordinate_ = std::max(box_min_.cwiseAbs().maxCoeff(), box_max_.cwiseAbs().maxCoeff());
-  const RTCDevice device = shared_device();
-  const RTCScene scene = rtcNewScene(device);
-  rtcSetSceneFlags(scene,
-                   static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_COMPACT));
-  rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
-  const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
-  rtcSetGeometryUserPrimitiveCount(
-      geometry, static_cast<unsigned>((triangles_.size() + kBlock - 1) / kBlock));
-  rtcSetGeometryUserData(geometry, this);
-  rtcSetGeometryBoundsFunction(geometry, &Access::bounds, nullptr);
-  rtcSetGeometryPointQueryFunction(geometry, &Access::visit);
-  rtcCommitGeometry(geometry);
-  rtcAttachGeometry(scene, geometry);
-  rtcReleaseGeometry(geometry);
-  rtcCommitScene(scene);
-  scene_ = scene;
-  if (rtcGetDeviceError(device) != RTC_ERROR_NONE) {
-    release(scene_);
-    scene_ = nullptr;
-    throw ResourceError("Embree ran out of memory while it indexed " +
-                        std::to_string(triangles_.size()) +
-                        " triangles. Give Rattan a larger memory budget.");
+  const auto empty = [] {
+    Node n;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      n.lo[axis].fill(kInfinity);
+      n.hi[axis].fill(-kInfinity);
+    }
+    return n;
+  };
+  std::size_t total = 0;
+  for (std::size_t n = (triangles_.size() + kFan - 1) / kFan;; n = (n + kFan - 1) / kFan) {
+    level_begin_.push_back(static_cast<std::uint32_t>(total));
+    total += n;
+    if (n == 1) {
+      break;
+    }
   }
-}
-
-TriangleIndex::~TriangleIndex() {
-  if (scene_ != nullptr) {
-    release(scene_);
+  level_begin_.push_back(static_cast<std::uint32_t>(total));
+  nodes_.assign(total, empty());
+  for (std::size_t t = 0; t < triangles_.size(); ++t) {
+    const LocalTriangle& c = triangles_[t];
+    const Vec3f lo = positions_[c[0]].cwiseMin(positions_[c[1]]).cwiseMin(positions_[c[2]]);
+    const Vec3f hi = positions_[c[0]].cwiseMax(positions_[c[1]]).cwiseMax(positions_[c[2]]);
+    Node& node = nodes_[t / kFan];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      node.lo[axis][t % kFan] = lo[static_cast<Eigen::Index>(axis)];
+      node.hi[axis][t % kFan] = hi[static_cast<Eigen::Index>(axis)];
+    }
+  }
+  for (std::size_t level = 1; level + 1 < level_begin_.size(); ++level) {
+    const std::uint32_t below = level_begin_[level - 1];
+    for (std::uint32_t child = below; child < level_begin_[level]; ++child) {
+      Node& node = nodes_[level_begin_[level] + (child - below) / kFan];
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto& lo = nodes_[child].lo[axis];
+        const auto& hi = nodes_[child].hi[axis];
+        node.lo[axis][(child - below) % kFan] = *std::min_element(lo.begin(), lo.end());
+        node.hi[axis][(child - below) % kFan] = *std::max_element(hi.begin(), hi.end());
+      }
+    }
   }
 }
 
@@ -241,31 +198,89 @@ void TriangleIndex::try_triangle(const Vec3d& p, std::uint32_t local, ClosestHit
   }
 }
 
-void TriangleIndex::search(Query& query) const {
-  if (scene_ == nullptr) {
+template <class Accept>
+void TriangleIndex::search(const Vec3d& p, const Accept& accept, ClosestHit& hit) const {
+  if (nodes_.empty()) {
     return;
   }
-  RTCPointQuery q;
-  q.x = static_cast<float>(query.point.x());
-  q.y = static_cast<float>(query.point.y());
-  q.z = static_cast<float>(query.point.z());
-  q.time = 0.0F;
-  query.largest_coordinate =
-      std::max(static_cast<float>(query.point.cwiseAbs().maxCoeff()), largest_coordinate_);
-  q.radius = Access::inflated(query.hit->distance2, query.largest_coordinate);
-  RTCPointQueryContext context;
-  rtcInitPointQueryContext(&context);
-  rtcPointQuery(static_cast<RTCScene>(scene_), &q, &context, nullptr, &query);
+  const Vec3f q = p.cast<float>();
+  const float largest = std::max(q.cwiseAbs().maxCoeff(), largest_coordinate_);
+  float bound = widened(hit.distance2, largest);
+  // Depth first, the nearest child first. Ten levels of seven waiting siblings are 2^28 nodes.
+  std::array<Pending, 80> stack;
+  std::size_t waiting = 0;
+  stack[waiting++] = {0.0F, static_cast<std::uint32_t>(level_begin_.size() - 2) << kLevelShift};
+  const __m128 zero = _mm_setzero_ps();
+  const __m128 at[3] = {_mm_set1_ps(q.x()), _mm_set1_ps(q.y()), _mm_set1_ps(q.z())};
+  while (waiting > 0) {
+    const Pending top = stack[--waiting];
+    if (top.distance2 > bound) {
+      continue;
+    }
+    const std::uint32_t level = top.node >> kLevelShift;
+    const std::uint32_t place = top.node & kPlaceMask;
+    const Node& node = nodes_[level_begin_[level] + place];
+    alignas(16) std::array<float, kFan> distance2;
+    unsigned near = 0;
+    for (std::size_t half = 0; half < kFan; half += 4) {
+      __m128 sum = zero;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const __m128 below = _mm_sub_ps(_mm_loadu_ps(&node.lo[axis][half]), at[axis]);
+        const __m128 above = _mm_sub_ps(at[axis], _mm_loadu_ps(&node.hi[axis][half]));
+        const __m128 out = _mm_max_ps(_mm_max_ps(below, above), zero);
+        sum = _mm_add_ps(sum, _mm_mul_ps(out, out));
+      }
+      _mm_store_ps(&distance2[half], sum);
+      near |= static_cast<unsigned>(_mm_movemask_ps(_mm_cmple_ps(sum, _mm_set1_ps(bound)))) << half;
+    }
+    const std::uint32_t first = place * static_cast<std::uint32_t>(kFan);
+    if (level > 0) {
+      const std::uint32_t children = (level - 1) << kLevelShift | first;
+      const std::size_t begin = waiting;
+      std::size_t nearest = waiting;
+      for (; near != 0; near &= near - 1) {
+        const auto c = static_cast<std::uint32_t>(std::countr_zero(near));
+        stack[waiting] = {distance2[c], children + c};
+        nearest = distance2[c] < stack[nearest].distance2 ? waiting : nearest;
+        ++waiting;
+      }
+      if (waiting > begin) {
+        std::swap(stack[nearest], stack[waiting - 1]);
+      }
+      continue;
+    }
+    const auto look = [&](std::uint32_t c) {
+      if (distance2[c] <= bound && accept(first + c)) {
+        const double before = hit.distance2;
+        try_triangle(p, first + c, hit);
+        if (hit.distance2 < before) {
+          bound = widened(hit.distance2, largest);
+        }
+      }
+    };
+    if (near == 0) {
+      continue;
+    }
+    auto nearest = static_cast<std::uint32_t>(std::countr_zero(near));
+    for (unsigned others = near & (near - 1); others != 0; others &= others - 1) {
+      const auto c = static_cast<std::uint32_t>(std::countr_zero(others));
+      nearest = distance2[c] < distance2[nearest] ? c : nearest;
+    }
+    look(nearest);
+    for (near &= ~(1U << nearest); near != 0; near &= near - 1) {
+      look(static_cast<std::uint32_t>(std::countr_zero(near)));
+    }
+  }
 }
 
 void TriangleIndex::closest(const Vec3d& p, ClosestHit& hit) const {
-  Query query{this, p, &hit, false, 0, 0.0F};
-  search(query);
+  search(
+      p, [](std::uint32_t) { return true; }, hit);
 }
 
 void TriangleIndex::closest_labelled(const Vec3d& p, std::uint32_t label, ClosestHit& hit) const {
-  Query query{this, p, &hit, true, label, 0.0F};
-  search(query);
+  search(
+      p, [&](std::uint32_t t) { return labels_[t] == label; }, hit);
 }
 
 }  // namespace rattan

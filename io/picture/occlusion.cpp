@@ -10,8 +10,8 @@
 namespace rattan {
 namespace {
 
-constexpr int kAmbientRays = 24;
-constexpr int kKeyRays = 8;
+constexpr int kAmbientRays = 16;
+constexpr int kKeyRays = 6;
 constexpr std::uint32_t kAmbientMask = (1U << kAmbientRays) - 1U;
 /// Pixels share a pattern of 4 x 4 rotations, which a window of 5 x 5 averages out.
 constexpr int kPattern = 4;

@@ -70,6 +70,12 @@ PolygonScene::PolygonScene(const PolygonMesh& mesh, const Vec3d& shift, double c
     }
     return Vec3f(sum.normalized().cast<float>());
   };
+  // Where quads are the rule, what is none stands out; a triangle mesh stays plain.
+  std::size_t quads = 0;
+  for (std::size_t f = 0; f < faces; ++f) {
+    quads += mesh.degree(f) == 4 ? 1 : 0;
+  }
+  const bool tint = 2 * quads >= faces;
   std::vector<Vec3f> corner;
   for (std::size_t f = 0; f < faces; ++f) {
     const auto face = mesh.face(f);
@@ -85,7 +91,7 @@ PolygonScene::PolygonScene(const PolygonMesh& mesh, const Vec3d& shift, double c
       for (const std::size_t k : c) {
         corner_normals_.push_back(corner[k]);
       }
-      kinds_.push_back(n == 3 ? kTriangleFace : n == 4 ? kPlainTriangle : kPolygonFace);
+      kinds_.push_back(!tint || n == 4 ? kPlainTriangle : n == 3 ? kTriangleFace : kPolygonFace);
       edges_.push_back(static_cast<std::uint8_t>((t == 0 ? 1U : 0U) | 2U | (t + 3 == n ? 4U : 0U)));
     }
   }

@@ -158,8 +158,8 @@ class Sampler {
     // Across creases the mean of the neighbours' normals says little.
     const float agree = n.dot(flat);
     n = agree > 0.0F || !n.allFinite() ? n : Vec3f(-n);
-    n = (n * smooth_step(0.4F, 0.8F, std::abs(agree)) +
-         flat * (1.0F - smooth_step(0.4F, 0.8F, std::abs(agree))));
+    n = (n * smooth_step(0.65F, 0.92F, std::abs(agree)) +
+         flat * (1.0F - smooth_step(0.65F, 0.92F, std::abs(agree))));
     const bool inside = flat.dot(ray) > 0.0F;
     if (inside) {
       n = -n;
@@ -399,6 +399,16 @@ void draw_dots(Image& image, const SampleGrid& grid, const Camera& camera,
 }
 
 }  // namespace
+
+std::size_t render_bytes(const RenderOptions& options, std::size_t looks) {
+  const std::size_t pixels =
+      static_cast<std::size_t>(options.width) * static_cast<std::size_t>(options.height);
+  const auto samples = static_cast<std::size_t>(options.samples * options.samples);
+  // Samples; occlusion; the field's directions, crosses, depths and lines; images.
+  return pixels * (samples * (sizeof(float) + 3 * sizeof(std::int16_t) + 3 * looks) +
+                   (2 * sizeof(Vec3f) + sizeof(std::uint32_t)) +
+                   (sizeof(Vec3f) + 4 * sizeof(Vec2f)) + 3 * looks);
+}
 
 std::vector<Image> render(const SurfaceSource& surface, const Camera& camera,
                           std::span<const Look> looks, std::span<const Dot> dots,

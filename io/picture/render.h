@@ -23,11 +23,14 @@ struct RenderOptions {
   Rgb background{255, 255, 255};
 };
 
+/// Bytes that render() holds for the picture itself, whatever the surface.
+std::size_t render_bytes(const RenderOptions& options, std::size_t looks);
+
 /// Pictures of one surface, one for each look, from the camera (whose frame must be fitted to width
 /// and height). Part after part is put into an Embree scene and its nearest hits are kept, then
 /// once more for ambient occlusion and the shadow of the key light; up to resident_triangles the
-/// scenes are kept in between. Memory: width * height * (samples^2 * (10 + 3 looks) + 24) bytes,
-/// the largest part's scene (about 150 bytes a triangle), and the kept scenes.
+/// scenes are kept in between. Memory: render_bytes(), about 150
+/// bytes a triangle of the largest part, and the kept scenes.
 ///
 /// `dots` go on every picture but plain ones.
 std::vector<Image> render(const SurfaceSource& surface, const Camera& camera,

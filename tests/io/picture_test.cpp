@@ -293,7 +293,16 @@ TEST(Picture, EdgesOfFacesAreDrawnAndDiagonalsAreNot) {
   testing::add(mesh, {0, 2, 3});
   const Image split = render_polygons(mesh, options, &kFront);
   EXPECT_LT(brightness(split.at(100, 100)), brightness(split.at(60, 80)) - 150);
-  EXPECT_GT(split.at(60, 80)[0], split.at(60, 80)[2] + 40);  // triangles are tinted
+  EXPECT_LT(split.at(60, 80)[0], split.at(60, 80)[2] + 40);  // a triangle mesh is not tinted
+  mesh = PolygonMesh();
+  mesh.positions = {{-1, -1, 0}, {0, -1, 0}, {1, -1, 0}, {1, 1, 0}, {0, 1, 0}, {-1, 1, 0}};
+  testing::add(mesh, {0, 1, 4, 5});
+  testing::add(mesh, {1, 2, 3});
+  testing::add(mesh, {1, 3, 4});
+  testing::add(mesh, {0, 5, 4, 1});
+  const Image mixed = render_polygons(mesh, options, &kFront);
+  EXPECT_GT(mixed.at(150, 130)[0], mixed.at(150, 130)[2] + 40);  // triangles among quads are
+  EXPECT_LT(mixed.at(50, 80)[0], mixed.at(50, 80)[2] + 40);
 }
 
 TEST(Picture, DotsBehindTheSurfaceAreHidden) {

@@ -317,6 +317,8 @@ TEST(Draco, TheStockDecoderReturnsThePolygons) {
   const ScratchDirectory scratch;
   std::vector<NamedMesh> meshes = all_meshes();
   meshes.push_back({"large", testing::torus(150, 90, 11)});
+  meshes.push_back({"quads", testing::merged(testing::torus(60, 40, 1), 0.5, 4, 1)});
+  meshes.push_back({"polygons", testing::merged(testing::torus(60, 40, 1), 0.7, 9, 2)});
   for (const NamedMesh& named : meshes) {
     SCOPED_TRACE(named.name);
     const std::string drc = scratch.file("m.drc");

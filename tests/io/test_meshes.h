@@ -3,14 +3,18 @@
 
 // Small polygon meshes and scratch directories for the tests of io/.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <initializer_list>
+#include <map>
 #include <numbers>
+#include <random>
 #include <stdlib.h>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/remesh/polygon_mesh.h"
@@ -220,6 +224,61 @@ inline PolygonMesh slit_ring(std::uint32_t n) {
     add(mesh, {2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1});
   }
   return mesh;
+}
+
+/// Random neighbours joined to polygons of up to `most` corners, until `share` of the faces is
+/// gone. Gives vertices of valence two, concave faces and polygons that touch themselves at no
+/// vertex.
+inline PolygonMesh merged(const PolygonMesh& mesh, double share, std::size_t most, unsigned seed) {
+  std::mt19937 random(seed);
+  std::vector<std::vector<std::uint32_t>> faces;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> owner;
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    faces.emplace_back(mesh.face(f).begin(), mesh.face(f).end());
+    for (std::size_t i = 0; i < faces[f].size(); ++i) {
+      owner[{faces[f][i], faces[f][(i + 1) % faces[f].size()]}] = f;
+    }
+  }
+  const auto wanted = static_cast<std::size_t>(share * static_cast<double>(faces.size()));
+  std::size_t gone = 0;
+  for (std::size_t tries = 0; tries < 30 * mesh.face_count() && gone < wanted; ++tries) {
+    const std::size_t f = random() % faces.size();
+    if (faces[f].empty()) {
+      continue;
+    }
+    std::vector<std::uint32_t> a = faces[f];
+    std::rotate(a.begin(), a.begin() + static_cast<std::ptrdiff_t>(random() % a.size()), a.end());
+    // The edge from the last corner of a to its first.
+    const auto other = owner.find({a.front(), a.back()});
+    if (other == owner.end() || other->second == f) {
+      continue;
+    }
+    std::vector<std::uint32_t>& b = faces[other->second];
+    const auto common = std::count_if(b.begin(), b.end(), [&](std::uint32_t v) {
+      return std::find(a.begin(), a.end(), v) != a.end();
+    });
+    if (common != 2 || a.size() + b.size() - 2 > most) {
+      continue;
+    }
+    owner.erase({a.front(), a.back()});
+    owner.erase({a.back(), a.front()});
+    std::rotate(b.begin(), std::find(b.begin(), b.end(), a.back()), b.end());
+    a.insert(a.end(), b.begin() + 1, b.end() - 1);
+    b.clear();
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      owner[{a[i], a[(i + 1) % a.size()]}] = f;
+    }
+    faces[f] = a;
+    ++gone;
+  }
+  PolygonMesh out;
+  out.positions = mesh.positions;
+  for (const auto& face : faces) {
+    if (!face.empty()) {
+      out.add_face(face);
+    }
+  }
+  return compacted(out);
 }
 
 struct NamedMesh {

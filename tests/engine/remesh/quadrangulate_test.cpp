@@ -128,6 +128,30 @@ TEST(Quadrangulate, TrianglesAtTheEndsOfAStripVanish) {
   EXPECT_GT(report.triangle_pairs, 0U);
 }
 
+TEST(Quadrangulate, ALoneTriangleLeavesThroughTheBoundary) {
+  CellMap map(grid(6, 5));
+  for (std::uint32_t h = 0; h < map.half_count(); h += 2) {
+    if (!map.half_alive(h)) {
+      continue;
+    }
+    const Vec3d a = map.position(map.origin(h)), b = map.position(map.target(h));
+    if (a.x() == 0 && b.x() == 0 && std::min(a.y(), b.y()) == 2) {
+      map.contract_edge(h, Vec3d(0.5 * (a + b)));
+    }
+  }
+  Rng rng(1);
+  const CellMap::Counts before = map.counts();
+  QuadrangulateReport report;
+  const PolygonMesh result = run(to_complex(map, rng), report);
+  expect_kept(before, result);
+  EXPECT_EQ(report.border_triangles, 1U);
+  EXPECT_EQ(measure_quality(result).triangles, 0U);
+  EXPECT_EQ(measure_quality(result).bad_quads, 0U);
+  QuadrangulateOptions off;
+  off.pair_between = 0;
+  EXPECT_EQ(measure_quality(run(to_complex(map, rng), report, off)).triangles, 1U);
+}
+
 TEST(Quadrangulate, ContractsShortEdgesButKeepsCorners) {
   PolygonMesh mesh = grid(4, 4);
   mesh.positions[2] = Vec3d(1.1, 0, 0);  // a short boundary edge 1-2
