@@ -35,6 +35,7 @@ class Extraction {
     if (!(options.omega > 0.0) || options.density < 1 || options.density > 1024) {
       throw UsageError("The period must be positive and the density between 1 and 1024.");
     }
+    trace_.side = kLengthSteps;
     trace_.length_scale = kLengthSteps * options.density / options.omega;
     trace_.corner_cosine = exact::sincos(options.corner_degrees / 180.0 * exact::kPi).cos;
     tiles_.resize(mesh.layout.tile_count());
@@ -48,12 +49,17 @@ class Extraction {
     }
     report_ = {};
     trace_tiles(all, true);
-    Skeleton skeleton = stitch(tiles_, cuts_, {trace_, static_cast<std::int64_t>(kLengthSteps)});
+    Skeleton skeleton = stitch(tiles_, cuts_, trace_);
     report_.dangling_ends = skeleton.counts.dangling_ends;
     report_.dropped_circles = skeleton.counts.dropped_circles;
     while (cut(skeleton)) {
       skeleton = {};  // before the next one is built
-      skeleton = stitch(tiles_, cuts_, {trace_, static_cast<std::int64_t>(kLengthSteps)});
+      skeleton = stitch(tiles_, cuts_, trace_);
+    }
+    for (TileGraph& g : tiles_) {  // the skeleton holds all but the lines
+      std::vector<ArcLine> lines = std::move(g.lines);
+      g = {};
+      g.lines = std::move(lines);
     }
     Assembly assembly = assemble(skeleton, kLengthSteps, [&](std::span<const ArcRequest> requests) {
       return polylines(requests);
@@ -220,28 +226,42 @@ class Extraction {
   }
 
   std::vector<std::vector<ArcPoint>> polylines(std::span<const ArcRequest> requests) {
+    std::vector<std::vector<ArcPoint>> out(requests.size());
     std::vector<std::uint32_t> which;
-    std::vector<std::size_t> first;
+    std::vector<std::vector<std::size_t>> open;  // requests that a tile must be opened for
     for (std::size_t i = 0; i < requests.size(); ++i) {
+      std::vector<ArcLine>& lines = tiles_[requests[i].tile].lines;
+      const auto kept =
+          std::lower_bound(lines.begin(), lines.end(), requests[i].arc,
+                           [](const ArcLine& l, std::uint32_t arc) { return l.arc < arc; });
+      if (kept != lines.end() && kept->arc == requests[i].arc) {
+        out[i] = std::move(kept->points);
+        continue;
+      }
       if (which.empty() || which.back() != requests[i].tile) {
         which.push_back(requests[i].tile);
-        first.push_back(i);
+        open.emplace_back();
       }
+      open.back().push_back(i);
     }
-    first.push_back(requests.size());
-    std::vector<std::vector<ArcPoint>> out;
-    out.reserve(requests.size());
+    if (which.empty()) {
+      return out;
+    }
+    const auto wanted = [&](std::uint32_t tile) -> const std::vector<std::size_t>& {
+      const auto at = std::lower_bound(which.begin(), which.end(), tile);
+      return open[static_cast<std::size_t>(at - which.begin())];
+    };
     pass<std::vector<std::vector<ArcPoint>>>(
         "long edges", which,
         [&](std::uint32_t tile, Opened& o, std::vector<std::vector<ArcPoint>>& r) {
-          const auto at = static_cast<std::size_t>(
-              std::lower_bound(which.begin(), which.end(), tile) - which.begin());
-          for (std::size_t i = first[at]; i < first[at + 1]; ++i) {
+          for (const std::size_t i : wanted(tile)) {
             r.push_back(arc_polyline(o.arrangement, o.traced, requests[i].arc));
           }
         },
-        [&](std::uint32_t, std::vector<std::vector<ArcPoint>>& r) {
-          std::move(r.begin(), r.end(), std::back_inserter(out));
+        [&](std::uint32_t tile, std::vector<std::vector<ArcPoint>>& r) {
+          for (std::size_t i = 0; i < r.size(); ++i) {
+            out[wanted(tile)[i]] = std::move(r[i]);
+          }
         });
     return out;
   }

@@ -35,7 +35,7 @@ struct ArrangementReport {
 /// Reads the mesh, fields::kFrame and fields::kPhase (owned values and boards) tile by tile. The
 /// result is a decomposition of the scan into disks with the scan's Euler characteristic,
 /// components and boundary loops, and does not depend on the tiling or on threads. In memory: the
-/// output several times, and about 60 bytes per edge on the rims of tiles. Throws UsageError for
+/// output several times, and about 70 bytes per edge on the rims of tiles. Throws UsageError for
 /// options out of range, InternalError if the decomposition failed.
 CellComplex extract_cells(Store& store, const ScanMesh& mesh, const ArrangementOptions& options,
                           TaskGraph& graph, ArrangementReport& report);

@@ -11,10 +11,10 @@ namespace rattan::layout {
 
 namespace {
 
-/// Longer edges get vertices in between, in units of the cells' side.
-constexpr double kLongBoundary = 1.5;
-constexpr double kLongInside = 2.5;
 constexpr std::uint32_t kFewestOnLoop = 3;
+/// A crossing whose other line was dropped may stand for a spaced vertex this far away, in parts of
+/// the edge.
+constexpr double kNearby = 0.35;
 
 /// A strand as points; segment i lies in triangle[i].
 struct Polyline {
@@ -31,6 +31,7 @@ class Assembler {
   Assembly run() {
     count_parts();
     complete_boundary_loops();
+    use_crossings();
     fetch();
     order_closed();
     make_vertices();
@@ -98,10 +99,66 @@ class Assembler {
     }
   }
 
+  /// Most long edges are long because lines across them were dropped: where crossings with those
+  /// lie about evenly spaced, they serve, and no tile needs to be opened again.
+  void use_crossings() {
+    chosen_.resize(k_.strands.size());
+    std::vector<std::uint32_t> nodes;
+    std::vector<std::int64_t> along;
+    for (std::uint32_t i = 0; i < k_.strands.size(); ++i) {
+      const Strand& s = k_.strands[i];
+      if (parts_[i] == 1 || s.closed || s.boundary) {
+        continue;
+      }
+      nodes.clear();
+      along.clear();
+      std::int64_t length = 0;
+      for_each_dart(s, [&](std::uint32_t d) {
+        length += k_.arcs[d >> 1].length;
+        if (d != s.last && k_.nodes[k_.end(d)].key.in_triangle()) {
+          nodes.push_back(k_.end(d));
+          along.push_back(length);
+        }
+      });
+      for (const std::uint32_t parts : {parts_[i], parts_[i] - 1, parts_[i] + 1}) {
+        if (parts > 1 && choose(nodes, along, length, parts, chosen_[i])) {
+          parts_[i] = parts;
+          break;
+        }
+        chosen_[i].clear();
+      }
+    }
+  }
+
+  /// Nodes near the ends of equal parts, in order; false if one is missing.
+  static bool choose(const std::vector<std::uint32_t>& nodes,
+                     const std::vector<std::int64_t>& along, std::int64_t length,
+                     std::uint32_t parts, std::vector<std::uint32_t>& chosen) {
+    const double part = static_cast<double>(length) / parts;
+    std::size_t at = 0;
+    for (std::uint32_t j = 1; j < parts; ++j) {
+      const auto off = [&](std::size_t n) {
+        return std::abs(static_cast<double>(along[n]) - part * j);
+      };
+      while (at + 1 < nodes.size() && off(at + 1) < off(at)) {
+        ++at;
+      }
+      if (at == nodes.size() || off(at) > kNearby * part) {
+        return false;
+      }
+      chosen.push_back(nodes[at++]);
+    }
+    return true;
+  }
+
+  bool needs_line(std::uint32_t strand) const {
+    return parts_[strand] > 1 && chosen_[strand].empty();
+  }
+
   void fetch() {
     std::vector<ArcRequest> requests;
     for (std::uint32_t i = 0; i < k_.strands.size(); ++i) {
-      if (parts_[i] > 1) {
+      if (needs_line(i)) {
         for_each_dart(k_.strands[i], [&](std::uint32_t d) {
           const SkeletonArc& a = k_.arcs[d >> 1];
           if (a.tile != kNone) {
@@ -119,7 +176,7 @@ class Assembler {
     ensure(arcs.size() == requests.size(), "every requested polyline came back");
     lines_.resize(k_.strands.size());
     for (std::uint32_t i = 0; i < k_.strands.size(); ++i) {
-      if (parts_[i] == 1) {
+      if (!needs_line(i)) {
         continue;
       }
       Polyline& line = lines_[i];
@@ -223,6 +280,13 @@ class Assembler {
         continue;
       }
       first_vertex_[i] = static_cast<std::uint32_t>(out_.cells.mesh.vertex_count());
+      for (const std::uint32_t n : chosen_[i]) {
+        add_vertex(k_.nodes[n].position, k_.nodes[n].triangle, 0);
+        ++out_.spaced_vertices;
+      }
+      if (!needs_line(i)) {
+        continue;
+      }
       space(lines_[i], parts_[i], s.closed, s.boundary ? kBoundaryVertex : 0);
       lines_[i] = {};
     }
@@ -329,7 +393,8 @@ class Assembler {
   double side_;
   const PolylineSource& source_;
   Assembly out_;
-  std::vector<std::uint32_t> parts_;  // edges of each strand
+  std::vector<std::uint32_t> parts_;                // edges of each strand
+  std::vector<std::vector<std::uint32_t>> chosen_;  // crossings that serve as its spaced vertices
   std::vector<Polyline> lines_;
   std::vector<std::uint32_t> order_;         // strands in canonical order
   std::vector<std::uint32_t> vertex_;        // output vertex of each essential node

@@ -14,7 +14,7 @@ namespace {
 class Stitcher {
  public:
   Stitcher(std::span<const TileGraph> tiles, std::span<const PointKey> cuts,
-           const StitchOptions& options)
+           const TraceOptions& options)
       : tiles_(tiles), cuts_(cuts), options_(options) {}
 
   Skeleton run() {
@@ -180,8 +180,8 @@ class Stitcher {
       a.left = left;
       a.right = right;
       a.triangle = triangle;
-      a.length = fixed_length(k_.nodes[low].position, k_.nodes[high].position,
-                              options_.trace.length_scale);
+      a.length =
+          fixed_length(k_.nodes[low].position, k_.nodes[high].position, options_.length_scale);
       a.cut = right != kNone;
       for (const std::uint32_t n : a.node) {
         k_.nodes[n].triangle = std::min(k_.nodes[n].triangle, triangle);
@@ -424,7 +424,7 @@ class Stitcher {
         at = other_end(after[at], true);
       } while (at != n);
       do {
-        window[at] = std::min(options_.side / 2, loop / 8);
+        window[at] = std::min(static_cast<std::int64_t>(options_.side) / 2, loop / 8);
         at = other_end(after[at], true);
       } while (at != n);
     }
@@ -464,7 +464,7 @@ class Stitcher {
       const Vec3d out = place(n, true) - k_.nodes[n].position;
       const double lengths = std::sqrt(in.squaredNorm() * out.squaredNorm());
       const double cosine = lengths > 0.0 ? in.dot(out) / lengths : 1.0;
-      if (cosine < options_.trace.corner_cosine) {
+      if (cosine < options_.corner_cosine) {
         turns.push_back({n, cosine});
       }
       k_.nodes[n].flags &= static_cast<std::uint8_t>(~kCornerNode);
@@ -565,7 +565,7 @@ class Stitcher {
 
   std::span<const TileGraph> tiles_;
   std::span<const PointKey> cuts_;
-  StitchOptions options_;
+  TraceOptions options_;
   Skeleton k_;
   std::vector<std::uint32_t> node_base_;
   std::vector<std::uint32_t> same_;
@@ -597,7 +597,7 @@ std::uint32_t Skeleton::next_around(std::uint32_t dart) const {
 }
 
 Skeleton stitch(std::span<const TileGraph> tiles, std::span<const PointKey> cuts,
-                const StitchOptions& options) {
+                const TraceOptions& options) {
   return Stitcher(tiles, cuts, options).run();
 }
 

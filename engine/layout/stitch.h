@@ -75,16 +75,11 @@ struct Skeleton {
   std::uint32_t next_around(std::uint32_t dart) const;
 };
 
-struct StitchOptions {
-  TraceOptions trace;
-  std::int64_t side = 1;  ///< of the cells, in the fixed point of lengths
-};
-
 /// `cuts`: all cut pieces of the scan, sorted. Of the boundary vertices that turn sharply, those
 /// stay corners where the boundary turns as sharply between half a side before and half a side
 /// behind, one within that distance. Deterministic and independent of how the scan is divided into
 /// tiles, up to the numbering of arcs and faces.
 Skeleton stitch(std::span<const TileGraph> tiles, std::span<const PointKey> cuts,
-                const StitchOptions& options);
+                const TraceOptions& options);
 
 }  // namespace rattan::layout

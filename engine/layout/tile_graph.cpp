@@ -25,6 +25,13 @@ class Tracer {
     trace_arcs();
     list_border();
     list_fans();
+    for (std::uint32_t i = 0; i < out_.graph.arcs.size(); ++i) {
+      const GraphArc& arc = out_.graph.arcs[i];
+      const double long_from = arc.right == kNone ? kLongBoundary : kLongInside;
+      if (static_cast<double>(arc.length) > long_from * options_.side) {
+        out_.graph.lines.push_back({i, arc_polyline(a_, out_, i)});
+      }
+    }
     return std::move(out_);
   }
 

@@ -15,6 +15,10 @@ namespace rattan::layout {
 
 inline constexpr std::uint8_t kCornerNode = 1;
 
+/// Longer edges get vertices in between, in units of the cells' side.
+inline constexpr double kLongBoundary = 1.5;
+inline constexpr double kLongInside = 2.5;
+
 /// Where arcs end: crossings, ends of dangling lines, lines meeting the scan's boundary, corners of
 /// the boundary, and every point of the graph on the tile's rim.
 struct GraphNode {
@@ -63,6 +67,19 @@ struct FanEntry {
   std::uint32_t rank = 0;
 };
 
+struct ArcPoint {
+  Vec3d position;
+  PointKey key;
+  std::uint64_t triangle = 0;  ///< global; holds the segment to the next point
+};
+
+/// The points along an arc that is long by itself: few, and kept so that their tiles need not be
+/// opened again.
+struct ArcLine {
+  std::uint32_t arc = 0;
+  std::vector<ArcPoint> points;
+};
+
 struct TileGraph {
   /// Of each local face: cells - pieces + points and vertices that lie inside the tile and off the
   /// graph.
@@ -74,6 +91,7 @@ struct TileGraph {
   std::vector<std::uint32_t> border_labels;
   std::vector<BorderVertex> border_vertices;
   std::vector<FanEntry> fans;
+  std::vector<ArcLine> lines;  ///< ascending by arc
 
   std::size_t face_count() const { return euler.size(); }
 };
@@ -91,6 +109,7 @@ struct TracedTile {
 
 struct TraceOptions {
   double length_scale = 1.0;   ///< fixed-point units per length
+  double side = 1.0;           ///< of the cells, in fixed-point units
   double corner_cosine = 0.5;  ///< boundary vertices that turn further are nodes
 };
 
@@ -100,12 +119,6 @@ std::int64_t fixed_length(const Vec3d& a, const Vec3d& b, double scale);
 /// `cuts`: those given to arrange_tile.
 TracedTile trace_tile(const TileArrangement& a, std::span<const PointKey> cuts,
                       const TraceOptions& options);
-
-struct ArcPoint {
-  Vec3d position;
-  PointKey key;
-  std::uint64_t triangle = 0;  ///< global; holds the segment to the next point
-};
 
 /// All points along an arc, ends included; a closed one repeats its first point.
 std::vector<ArcPoint> arc_polyline(const TileArrangement& a, const TracedTile& traced,

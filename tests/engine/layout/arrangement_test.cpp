@@ -91,6 +91,42 @@ TEST(Arrangement, DoesNotDependOnTilesOrThreads) {
   }
 }
 
+TEST(Arrangement, KeepsTopologyForFieldsWithNoise) {
+  // Long lines with a few singularities: large faces, rings, dropped circles, cuts across tiles.
+  std::uint64_t cut = 0;
+  std::uint64_t circles = 0;
+  for (const IndexedMesh& m : all_meshes()) {
+    for (std::uint64_t seed = 0; seed < 6; ++seed) {
+      SCOPED_TRACE(m.name + ", seed " + std::to_string(seed));
+      testing::Random random(seed);
+      const double omega = 3.0 + 5.0 * static_cast<double>(seed);
+      Fields f = testing::linear_fields(m, Vec3d(0.7, 0.2, 0.5), omega);
+      const Fields noise = testing::random_fields(m, seed);
+      for (std::size_t v = 0; v < f.frames.size(); ++v) {
+        if (random.next() < 0.1) {
+          f.phases[v] = noise.phases[v];
+        }
+        if (random.next() < 0.05) {
+          f.frames[v] = noise.frames[v];
+        }
+      }
+      const int density = 1 + static_cast<int>(seed % 3);
+      const double period = seed % 2 == 0 ? omega : 10 * omega;
+      const Extracted one = extract(m, f, period, density, kOneTile);
+      expect_decomposition(m, one.cells);
+      const Extracted tiled = extract(m, f, period, density, 5 + static_cast<std::uint32_t>(seed));
+      expect_same(one.cells, tiled.cells);
+      if (::testing::Test::HasFailure()) {
+        return;
+      }
+      cut += one.report.cut_faces;
+      circles += one.report.dropped_circles;
+    }
+  }
+  EXPECT_GT(cut, 10U);
+  EXPECT_GT(circles, 10U);
+}
+
 std::map<std::size_t, std::size_t> degrees(const CellComplex& c) {
   std::map<std::size_t, std::size_t> count;
   for (std::size_t f = 0; f < c.mesh.face_count(); ++f) {
