@@ -2,10 +2,10 @@
 #include "engine/layout/stitch.h"
 
 #include <algorithm>
-#include <cmath>
 #include <tuple>
 
 #include "engine/core/errors.h"
+#include "engine/layout/boundary_corners.h"
 
 namespace rattan::layout {
 
@@ -28,7 +28,7 @@ class Stitcher {
     compact();
     find_essential();
     find_strands();
-    if (keep_true_corners()) {
+    if (keep_true_corners(k_, options_)) {
       find_essential();
       find_strands();
     }
@@ -393,109 +393,6 @@ class Stitcher {
       }
     }
     k_.strands.push_back(s);
-  }
-
-  /// Scanned boundaries zigzag from vertex to vertex; a corner is one at the scale of the cells
-  /// too. True if some vertices are corners no more.
-  bool keep_true_corners() {
-    std::vector<std::uint32_t> after(k_.nodes.size(), kNone);   // boundary strand that leaves
-    std::vector<std::uint32_t> before(k_.nodes.size(), kNone);  // and arrives
-    for (std::uint32_t i = 0; i < k_.strands.size(); ++i) {
-      const Strand& s = k_.strands[i];
-      if (s.boundary && !s.closed) {
-        after[k_.start(s.first)] = i;
-        before[k_.end(s.last)] = i;
-      }
-    }
-    const auto other_end = [&](std::uint32_t strand, bool forward) {
-      const Strand& s = k_.strands[strand];
-      return forward ? k_.end(s.last) : k_.start(s.first);
-    };
-    // Half a side, but short on short loops.
-    std::vector<std::int64_t> window(k_.nodes.size(), -1);
-    for (const std::uint32_t n : k_.essential) {
-      if (after[n] == kNone || window[n] >= 0) {
-        continue;
-      }
-      std::int64_t loop = 0;
-      std::uint32_t at = n;
-      do {
-        loop += k_.strands[after[at]].length;
-        at = other_end(after[at], true);
-      } while (at != n);
-      do {
-        window[at] = std::min(static_cast<std::int64_t>(options_.side) / 2, loop / 8);
-        at = other_end(after[at], true);
-      } while (at != n);
-    }
-    // The place on the boundary one window away, straight between nodes.
-    const auto place = [&](std::uint32_t from, bool forward) -> Vec3d {
-      std::int64_t left = window[from];
-      std::uint32_t at = from;
-      for (;;) {
-        const std::uint32_t strand = forward ? after[at] : before[at];
-        const std::uint32_t to = other_end(strand, forward);
-        const std::int64_t length = k_.strands[strand].length;
-        const Vec3d& p = k_.nodes[at].position;
-        const Vec3d& q = k_.nodes[to].position;
-        if (length > left) {
-          return p + (static_cast<double>(left) / static_cast<double>(length)) * (q - p);
-        }
-        left -= length;
-        at = to;
-        if (at == from) {
-          return q;
-        }
-      }
-    };
-    struct Turn {
-      std::uint32_t node;
-      double cosine;
-    };
-    std::vector<Turn> turns;
-    for (const std::uint32_t n : k_.essential) {
-      if ((k_.nodes[n].flags & kCornerNode) == 0) {
-        continue;
-      }
-      if (after[n] == kNone || before[n] == kNone) {
-        continue;
-      }
-      const Vec3d in = k_.nodes[n].position - place(n, false);
-      const Vec3d out = place(n, true) - k_.nodes[n].position;
-      const double lengths = std::sqrt(in.squaredNorm() * out.squaredNorm());
-      const double cosine = lengths > 0.0 ? in.dot(out) / lengths : 1.0;
-      if (cosine < options_.corner_cosine) {
-        turns.push_back({n, cosine});
-      }
-      k_.nodes[n].flags &= static_cast<std::uint8_t>(~kCornerNode);
-    }
-    // The sharpest first; it silences the others within its window.
-    std::stable_sort(turns.begin(), turns.end(),
-                     [](const Turn& x, const Turn& y) { return x.cosine < y.cosine; });
-    std::vector<std::uint8_t> silent(k_.nodes.size(), 0);
-    for (const Turn& t : turns) {
-      if (silent[t.node] != 0) {
-        continue;
-      }
-      k_.nodes[t.node].flags |= kCornerNode;
-      for (const bool forward : {false, true}) {
-        std::int64_t left = window[t.node];
-        for (std::uint32_t at = t.node;;) {
-          const std::uint32_t strand = forward ? after[at] : before[at];
-          left -= k_.strands[strand].length;
-          at = other_end(strand, forward);
-          if (left < 0 || at == t.node) {
-            break;
-          }
-          silent[at] = 1;
-        }
-      }
-    }
-    bool changed = false;
-    for (const std::uint32_t n : k_.essential) {
-      changed = changed || (k_.degree(n) == 2 && (k_.nodes[n].flags & kCornerNode) == 0);
-    }
-    return changed;
   }
 
   void find_strands() {

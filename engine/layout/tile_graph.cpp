@@ -331,9 +331,7 @@ void Tracer::trace_arcs() {
       if (out_.arc_of_segment[s] != kNone) {
         continue;
       }
-      if (pass == 1) {
-        trace(2 * s);
-      } else if (node_at(a_.segments[s].from) != kNone) {
+      if (pass == 1 || node_at(a_.segments[s].from) != kNone) {
         trace(2 * s);
       } else if (a_.segments[s].right != kNone && node_at(a_.segments[s].to) != kNone) {
         trace(2 * s + 1);
@@ -438,7 +436,7 @@ void Tracer::list_fans() {
 std::int64_t fixed_length(const Vec3d& a, const Vec3d& b, double scale) {
   const Vec3d d = b - a;
   const double length = std::sqrt(d.x() * d.x() + d.y() * d.y() + d.z() * d.z()) * scale;
-  return static_cast<std::int64_t>(std::min(length, 1e15) + 0.5);
+  return static_cast<std::int64_t>(std::floor(std::min(length, 1e15) + 0.5));
 }
 
 TracedTile trace_tile(const TileArrangement& a, std::span<const PointKey> cuts,
