@@ -138,7 +138,6 @@ class RemeshJob {
     options.symmetry = static_cast<Symmetry>(options_.symmetry);
     options.smoothing = options_.smoothing;
     options.curl_power = options_.curl_correction ? 1.0 : 0.2;
-    options.reference = options_.solver == SolverKind::kReference;
     field_ = compute_field(store_, mesh_, options, tasks_);
     store_.complete_stage("field");
   }

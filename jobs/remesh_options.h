@@ -34,7 +34,7 @@ struct RemeshOptions {
   Energy energy = Energy::kTriangle;
   SolverKind solver = SolverKind::kNested;
   /// Newton-CG steps that finish the nested solve.
-  int newton_steps = 1;
+  int newton_steps = 0;
 
   /// Bits per coordinate in a .drc; 0 chooses them from the quad size.
   int position_bits = 0;

@@ -98,6 +98,7 @@ nlohmann::ordered_json to_json(const RemeshReport& r) {
                            {"iterations", s.iterations},
                            {"passes", s.passes},
                            {"energy", s.energy},
+                           {"energy_unit", s.energy_unit},
                            {"gradient_norm", s.gradient_norm}});
   }
   j["warnings"] = r.warnings;
