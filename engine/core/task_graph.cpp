@@ -74,11 +74,11 @@ void TaskGraph::run(std::string_view name, std::uint32_t tile_count,
     guarded(m, [](TileTask& t) { t.load(); });
     return m;
   });
-  flow::function_node<Message, Message> computer(
-      g, static_cast<std::size_t>(options_.threads), [&](Message m) {
-        guarded(m, [](TileTask& t) { t.compute(); });
-        return m;
-      });
+  flow::function_node<Message, Message> computer(g, static_cast<std::size_t>(options_.threads),
+                                                 [&](Message m) {
+                                                   guarded(m, [](TileTask& t) { t.compute(); });
+                                                   return m;
+                                                 });
   flow::sequencer_node<Message> in_order(g, [](const Message& m) { return m->index; });
   flow::function_node<Message, flow::continue_msg> committer(g, flow::serial, [&](Message m) {
     guarded(m, [](TileTask& t) { t.commit(); });
