@@ -10,6 +10,8 @@
 
 #include <oneapi/tbb/parallel_for.h>
 
+#include "engine/core/hand_over.h"
+
 namespace rattan {
 
 inline constexpr std::size_t kParallelGrain = 4096;
@@ -24,8 +26,15 @@ void parallel_chunks(std::size_t n, const F& f, std::size_t grain = kParallelGra
     }
     return;
   }
-  oneapi::tbb::parallel_for(std::size_t{0}, chunks,
-                            [&](std::size_t c) { f(c * grain, std::min(n, (c + 1) * grain)); });
+  HandOver begun;
+  HandOver ended;
+  begun.give();
+  oneapi::tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t c) {
+    begun.take();
+    f(c * grain, std::min(n, (c + 1) * grain));
+    ended.give();
+  });
+  ended.take();
 }
 
 /// f(i) for i in [0, n).
