@@ -5,7 +5,7 @@
 // therefore can't see that order. The two places that start tasks (parallel.h, task_graph.cpp)
 // spell it out.
 
-#if defined(__SANITIZE_THREAD__)
+#if defined(RATTAN_THREAD_SANITIZER)
 #include <sanitizer/tsan_interface.h>
 #endif
 
@@ -15,7 +15,7 @@ namespace rattan {
 /// runs them in that order. Orders nothing by itself: outside ThreadSanitizer both are empty.
 class HandOver {
  public:
-#if defined(__SANITIZE_THREAD__)
+#if defined(RATTAN_THREAD_SANITIZER)
   void give() {
     __tsan_release(&mark_);
   }
