@@ -56,14 +56,10 @@ int run(const std::vector<std::string>& sizes, ThroughputOptions options, const 
   return 0;
 }
 
-}  // namespace
-
-}  // namespace rattan
-
-int main(int argc, char** argv) {
+int bench(int argc, char** argv) {
   CLI::App app{"Measures Rattan's throughput on synthesised scans, beside draco_encoder."};
   std::vector<std::string> sizes = {"0.1M", "0.4M", "1.6M"};
-  rattan::ThroughputOptions options;
+  ThroughputOptions options;
   std::string json;
   app.add_option("--sizes", sizes, "triangles, e.g. 0.1M,0.4M,1.6M")
       ->delimiter(',')
@@ -76,5 +72,13 @@ int main(int argc, char** argv) {
   app.add_option("--directory", options.directory, "where scans are kept between runs");
   app.add_option("--json", json, "also write Google Benchmark's JSON");
   CLI11_PARSE(app, argc, argv);
-  return rattan::run_guarded([&] { return rattan::run(sizes, options, json); });
+  return run(sizes, options, json);
+}
+
+}  // namespace
+
+}  // namespace rattan
+
+int main(int argc, char** argv) {
+  return rattan::run_guarded([&] { return rattan::bench(argc, argv); });
 }

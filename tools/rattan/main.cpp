@@ -7,20 +7,23 @@
 #include "tools/rattan/commands.h"
 #include "tools/rattan/exit_code.h"
 
-int main(int argc, char** argv) {
+namespace rattan {
+namespace {
+
+int parse_and_run(int argc, char** argv) {
   CLI::App app{
       "Rattan converts triangle scans into curvature-aligned quad-dominant meshes.\n"
       "Exit codes: 0 done; 2 usage; 3 the input cannot be used; 4 memory or disk ran out;\n"
       "75 interrupted, run again to resume; 1 a defect in Rattan."};
   app.name("rattan");
-  app.set_version_flag("--version", std::string("rattan ") + rattan::version());
+  app.set_version_flag("--version", std::string("rattan ") + version());
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);
 
-  rattan::Action action;
-  rattan::add_remesh_command(app, action);
-  rattan::add_info_command(app, action);
-  rattan::add_synth_command(app, action);
+  Action action;
+  add_remesh_command(app, action);
+  add_info_command(app, action);
+  add_synth_command(app, action);
 
   try {
     app.parse(argc, argv);
@@ -29,7 +32,14 @@ int main(int argc, char** argv) {
       return app.exit(e);  // --help and --version
     }
     std::fprintf(stderr, "rattan: %s\nSee rattan --help, or rattan COMMAND --help.\n", e.what());
-    return rattan::kExitUsage;
+    return kExitUsage;
   }
-  return rattan::run_guarded(action);
+  return action();
+}
+
+}  // namespace
+}  // namespace rattan
+
+int main(int argc, char** argv) {
+  return rattan::run_guarded([&] { return rattan::parse_and_run(argc, argv); });
 }
