@@ -16,6 +16,10 @@ namespace rattan {
 
 inline constexpr std::size_t kParallelGrain = 4096;
 
+/// One for all loops: a chunk must take it before it reads anything the loop's caller wrote, even
+/// the address of a hand-over.
+inline HandOver parallel_begun;
+
 /// f(begin, end) on fixed chunks of [0, n).
 template <class F>
 void parallel_chunks(std::size_t n, const F& f, std::size_t grain = kParallelGrain) {
@@ -26,14 +30,14 @@ void parallel_chunks(std::size_t n, const F& f, std::size_t grain = kParallelGra
     }
     return;
   }
-  HandOver begun;
   HandOver ended;
-  begun.give();
-  oneapi::tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t c) {
-    begun.take();
+  const auto chunk = [&](std::size_t c) {
+    parallel_begun.take();
     f(c * grain, std::min(n, (c + 1) * grain));
     ended.give();
-  });
+  };
+  parallel_begun.give();
+  oneapi::tbb::parallel_for(std::size_t{0}, chunks, chunk);
   ended.take();
 }
 
