@@ -9,7 +9,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <oneapi/tbb/task_arena.h>
 #include <oneapi/tbb/task_group.h>
 
 #include "engine/core/errors.h"
@@ -40,10 +39,8 @@ class ByteSource::Hasher {
   }
 
  private:
-  void wait() {
-    // Isolated, or this thread might pick up unrelated work while it waits.
-    oneapi::tbb::this_task_arena::isolate([this] { group_.wait(); });
-  }
+  // Not isolated: with a single thread, it is this one that has to run the task.
+  void wait() { group_.wait(); }
 
   Sha256 sha_;
   std::vector<char> block_;

@@ -73,8 +73,8 @@ class TilePart {
     // A halo vertex sees only some of its triangles; the frame's normal is close to the whole sum.
     for (std::uint32_t v = 0; v < normals_.size(); ++v) {
       const float length = normals_[v].norm();
-      normals_[v] = v < mesh_.extent.owned && length > 0.0F ? Vec3f(normals_[v] / length)
-                                                            : frames_[v].normal;
+      normals_[v] =
+          v < mesh_.extent.owned && length > 0.0F ? Vec3f(normals_[v] / length) : frames_[v].normal;
     }
   }
 
@@ -99,8 +99,8 @@ class TilePart {
         to_first = compose(to_first, coordinates_.side_transport(3 * t + k));
       }
       const auto& p = &phases_[3 * t];
-      const float area = (p[1][0] - p[0][0]) * (p[2][1] - p[0][1]) -
-                         (p[2][0] - p[0][0]) * (p[1][1] - p[0][1]);
+      const float area =
+          (p[1][0] - p[0][0]) * (p[2][1] - p[0][1]) - (p[2][0] - p[0][0]) * (p[1][1] - p[0][1]);
       if (area < 0.0F) {
         kinds_[t] = kSingularTriangle;
       }

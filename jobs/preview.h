@@ -19,8 +19,9 @@ struct PreviewInput {
   int density = 2;     ///< lines a period
 };
 
-/// Writes a PNG of four panels as in PGP Figure 1: scan, field, iso-lines with singularities, remesh.
-/// Works through the scan tile by tile. Throws InputError or ResourceError when it can't be written.
+/// Writes a PNG of four panels as in PGP Figure 1: scan, field, iso-lines with singularities,
+/// remesh. Works through the scan tile by tile. Throws InputError or ResourceError when it can't be
+/// written.
 void write_preview(const PreviewInput& input, const std::string& path);
 
 }  // namespace rattan

@@ -101,8 +101,9 @@ class RemeshJob {
     const fs::path path(options_.output);
     const std::string extension = path.extension().string();
     if (extension != ".drc" && extension != ".obj" && extension != ".ply" && extension != ".off") {
-      throw UsageError(options_.output + ": the extension says which format to write. Use .drc, "
-                                         ".obj, .ply or .off.");
+      throw UsageError(options_.output +
+                       ": the extension says which format to write. Use .drc, "
+                       ".obj, .ply or .off.");
     }
     const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
     std::error_code ignored;
@@ -126,7 +127,8 @@ class RemeshJob {
     report_.input.sha256 = info.sha256;
     if (mesh_.repaired.non_manifold_edges + mesh_.repaired.split_vertices > 0) {
       progress_.warning(fmt::format(
-          "{}: {} non-manifold edges were cut open and {} vertices split; see input.repaired in the report.",
+          "{}: {} non-manifold edges were cut open and {} vertices split; see input.repaired in "
+          "the report.",
           options_.scan, mesh_.repaired.non_manifold_edges, mesh_.repaired.split_vertices));
     }
   }
@@ -220,9 +222,10 @@ class RemeshJob {
     report_.output.target_faces = target_.faces;
     report_.output.target_met = meets_target(static_cast<double>(remesh_.face_count()), target_);
     if (!report_.output.target_met) {
-      progress_.warning(fmt::format("{}: {} faces instead of {:.0f}: the nearest that the scan's "
-                                    "topology and relief allow.",
-                                    options_.output, remesh_.face_count(), target_.faces));
+      progress_.warning(
+          fmt::format("{}: {} faces instead of {:.0f}: the nearest that the scan's "
+                      "topology and relief allow.",
+                      options_.output, remesh_.face_count(), target_.faces));
     }
   }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Everything `rattan remesh` can be asked for. The command line, and later a batch manifest, fill the
-// same struct.
+// Everything `rattan remesh` can be asked for. The command line, and later a batch manifest, fill
+// the same struct.
 
 #include <cstdint>
 #include <optional>

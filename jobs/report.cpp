@@ -114,7 +114,8 @@ void write_report(const RemeshReport& report, const std::string& path) {
   file << to_json(report).dump(2) << '\n';
   file.close();
   if (!file) {
-    throw ResourceError(path + ": the report cannot be written. Check the folder and the free space.");
+    throw ResourceError(path +
+                        ": the report cannot be written. Check the folder and the free space.");
   }
 }
 

@@ -50,8 +50,8 @@ struct RemeshReport {
     std::int64_t euler = 0;
     double mean_scaled_jacobian = 0.0;
     double min_scaled_jacobian = 0.0;
-    double mean_corner_deviation = 0.0;   ///< degrees
-    double edge_length_variation = 0.0;   ///< standard deviation / mean
+    double mean_corner_deviation = 0.0;  ///< degrees
+    double edge_length_variation = 0.0;  ///< standard deviation / mean
   } output;
   struct {
     std::uint64_t vertices = 0;

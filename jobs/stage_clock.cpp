@@ -2,9 +2,8 @@
 #include "jobs/stage_clock.h"
 
 #include <chrono>
-#include <utility>
-
 #include <sys/resource.h>
+#include <utility>
 
 namespace rattan {
 

@@ -4,10 +4,10 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <unistd.h>
 #include <vector>
 
 #include <CLI/CLI.hpp>
-#include <unistd.h>
 
 #include "engine/core/errors.h"
 #include "tools/bench/throughput.h"
@@ -40,9 +40,9 @@ int run(const std::vector<std::string>& sizes, ThroughputOptions options, const 
   }
   const bool own_directory = options.directory.empty();
   if (own_directory) {
-    options.directory = (std::filesystem::temp_directory_path() /
-                         ("rattan-bench." + std::to_string(getpid())))
-                            .string();
+    options.directory =
+        (std::filesystem::temp_directory_path() / ("rattan-bench." + std::to_string(getpid())))
+            .string();
   }
   const std::vector<ThroughputRow> rows = measure_throughput(options);
   std::fputs(throughput_table(rows).c_str(), stdout);
@@ -68,7 +68,8 @@ int main(int argc, char** argv) {
   app.add_option("--sizes", sizes, "triangles, e.g. 0.1M,0.4M,1.6M")
       ->delimiter(',')
       ->capture_default_str();
-  app.add_option("--threads", options.threads, "thread counts, 0 for all processors")->delimiter(',');
+  app.add_option("--threads", options.threads, "thread counts, 0 for all processors")
+      ->delimiter(',');
   app.add_option("--ratio", options.ratio, "faces per triangle")->capture_default_str();
   app.add_option("--repeats", options.repeats, "runs of each; the fastest counts")
       ->capture_default_str();

@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <array>
-#include <filesystem>
-
 #include <fcntl.h>
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
+#include <filesystem>
 #include <spawn.h>
 #include <sys/wait.h>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "engine/core/progress.h"
 #include "io/synth/synth.h"
@@ -87,20 +87,21 @@ std::string throughput_table(const std::vector<ThroughputRow>& rows) {
   for (const ThroughputRow& row : rows) {
     const RemeshReport& r = row.report;
     const auto n = static_cast<double>(r.input.topology.triangles);
-    text += fmt::format("{} triangles -> {} faces ({:.1f} % quads), {} threads: {:.2f} s, {:.0f} triangles/s, "
-                        "peak {} MiB",
-                        r.input.topology.triangles, r.output.faces,
-                        100.0 * static_cast<double>(r.output.quads) /
-                            std::max(1.0, static_cast<double>(r.output.faces)),
-                        r.threads, r.seconds, n / r.seconds, r.peak_rss_bytes >> 20U);
-    text += row.draco_seconds > 0.0
-                ? fmt::format(", {:.2f} times draco_encoder ({:.2f} s)\n",
-                              r.seconds / row.draco_seconds, row.draco_seconds)
-                : std::string(", draco_encoder not found\n");
+    text += fmt::format(
+        "{} triangles -> {} faces ({:.1f} % quads), {} threads: {:.2f} s, {:.0f} triangles/s, "
+        "peak {} MiB",
+        r.input.topology.triangles, r.output.faces,
+        100.0 * static_cast<double>(r.output.quads) /
+            std::max(1.0, static_cast<double>(r.output.faces)),
+        r.threads, r.seconds, n / r.seconds, r.peak_rss_bytes >> 20U);
+    text += row.draco_seconds > 0.0 ? fmt::format(", {:.2f} times draco_encoder ({:.2f} s)\n",
+                                                  r.seconds / row.draco_seconds, row.draco_seconds)
+                                    : std::string(", draco_encoder not found\n");
     for (const StageRecord& s : r.stages) {
-      text += fmt::format("  {:<16}{:>8.3f} s {:>5.1f} %  {:>8.3f} cpu s  {:>12.0f} triangles/s  {} passes\n",
-                          s.name, s.seconds, 100.0 * s.seconds / r.seconds, s.cpu_seconds,
-                          n / std::max(1e-9, s.seconds), s.passes);
+      text += fmt::format(
+          "  {:<16}{:>8.3f} s {:>5.1f} %  {:>8.3f} cpu s  {:>12.0f} triangles/s  {} passes\n",
+          s.name, s.seconds, 100.0 * s.seconds / r.seconds, s.cpu_seconds,
+          n / std::max(1e-9, s.seconds), s.passes);
     }
   }
   return text;

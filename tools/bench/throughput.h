@@ -20,8 +20,9 @@ struct ThroughputOptions {
 struct ThroughputRow {
   std::uint64_t triangles = 0;
   int threads = 0;
-  RemeshReport report;          ///< of the fastest run
-  double draco_seconds = -1.0;  ///< wall time of draco_encoder on the same file; -1 if it is missing
+  RemeshReport report;  ///< of the fastest run
+  double draco_seconds =
+      -1.0;  ///< wall time of draco_encoder on the same file; -1 if it is missing
 };
 
 /// Synthesises each scan once, remeshes it with each thread count, and times the stock

@@ -2,15 +2,17 @@
 #include "tools/rattan/console.h"
 
 #include <cstdio>
+#include <unistd.h>
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 namespace rattan {
 
 Console::Console(Verbosity verbosity) : verbosity_(verbosity), terminal_(isatty(2) != 0) {}
 
-Console::~Console() { finish_line(); }
+Console::~Console() {
+  finish_line();
+}
 
 void Console::progress(std::string_view stage, std::uint64_t done, std::uint64_t total) {
   if (verbosity_ == Verbosity::kQuiet) {
@@ -31,7 +33,8 @@ void Console::progress(std::string_view stage, std::uint64_t done, std::uint64_t
   }
   last_draw_ = now;
   const double seconds = std::chrono::duration<double>(now - stage_start_).count();
-  std::string line = fmt::format("\r\033[K{:<14} {:>3}%", stage_, total > 0 ? 100 * done / total : 100);
+  std::string line =
+      fmt::format("\r\033[K{:<14} {:>3}%", stage_, total > 0 ? 100 * done / total : 100);
   if (done > 0 && seconds > 0.5) {
     line += fmt::format("  {:.0f}/s, {:.0f} s left", static_cast<double>(done) / seconds,
                         seconds * static_cast<double>(total - done) / static_cast<double>(done));

@@ -32,9 +32,9 @@ int run_guarded(const std::function<int()>& command) {
   } catch (const std::bad_alloc&) {
     return say("The system refused more memory. Free some, or lower --memory.", kExitResource);
   } catch (const std::exception& e) {
-    std::fprintf(stderr,
-                 "rattan: a defect in Rattan: %s. Please report it with the scan and the command.\n",
-                 e.what());
+    std::fprintf(
+        stderr, "rattan: a defect in Rattan: %s. Please report it with the scan and the command.\n",
+        e.what());
     return kExitDefect;
   }
 }

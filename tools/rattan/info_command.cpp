@@ -29,10 +29,10 @@ int describe_mesh(const std::string& path) {
              t.components, t.boundary_loops, t.euler());
   fmt::print("mean edge length    {:.6g}, varying by {:.1f} %\n", q.mean_edge_length,
              100.0 * q.edge_length_variation);
-  fmt::print("quads               {:.1f} %, scaled Jacobian {:.3f} on average and {:.3f} at least, "
-             "corners {:.1f} degrees from right angles\n",
-             100.0 * q.quad_share, q.mean_scaled_jacobian, q.min_scaled_jacobian,
-             q.mean_corner_deviation);
+  fmt::print(
+      "quads               {:.1f} %, scaled Jacobian {:.3f} on average and {:.3f} at least, "
+      "corners {:.1f} degrees from right angles\n",
+      100.0 * q.quad_share, q.mean_scaled_jacobian, q.min_scaled_jacobian, q.mean_corner_deviation);
   if (!metadata.version.empty()) {
     fmt::print("origin              {:.17g} {:.17g} {:.17g}\n", metadata.origin.x(),
                metadata.origin.y(), metadata.origin.z());
@@ -40,9 +40,10 @@ int describe_mesh(const std::string& path) {
                metadata.options, metadata.input_hash);
   }
   if (!t.clean()) {
-    fmt::print("not a simple manifold quad mesh: {} faces of other degrees, {} non-manifold edges, {} "
-               "non-manifold vertices, {} unused vertices\n",
-               t.bad_degree, t.non_manifold_edges, t.non_manifold_vertices, t.unreferenced);
+    fmt::print(
+        "not a simple manifold quad mesh: {} faces of other degrees, {} non-manifold edges, {} "
+        "non-manifold vertices, {} unused vertices\n",
+        t.bad_degree, t.non_manifold_edges, t.non_manifold_vertices, t.unreferenced);
   }
   return 0;
 }
@@ -66,9 +67,9 @@ int describe_work(const std::string& path) {
 
 void add_info_command(CLI::App& app, Action& action) {
   auto path = std::make_shared<std::string>();
-  CLI::App* command =
-      app.add_subcommand("info", "Describe a mesh file or a kept work directory.");
-  command->add_option("path", *path, ".drc, .obj, .ply or .off file, or a work directory")->required();
+  CLI::App* command = app.add_subcommand("info", "Describe a mesh file or a kept work directory.");
+  command->add_option("path", *path, ".drc, .obj, .ply or .off file, or a work directory")
+      ->required();
   command->callback([path, &action] {
     action = [path] {
       return std::filesystem::is_directory(*path) ? describe_work(*path) : describe_mesh(*path);

@@ -30,8 +30,7 @@ void add_size_options(CLI::App& command, Arguments& args) {
   size->add_option("--ratio", args.ratio, "faces per triangle of the repaired scan")
       ->check(CLI::Range(1e-9, 10.0));
   size->require_option(0, 1);
-  command
-      .add_option("--density", args.options.density, "iso-lines per period, 1 to 16")
+  command.add_option("--density", args.options.density, "iso-lines per period, 1 to 16")
       ->check(CLI::Range(1, 16))
       ->capture_default_str();
 }
@@ -50,20 +49,24 @@ void add_method_options(CLI::App& command, Arguments& args) {
   command.add_option("--energy", o.energy, "edge or triangle (default)")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, Energy>{{"edge", Energy::kEdge}, {"triangle", Energy::kTriangle}}));
-  command.add_option("--solver", o.solver, "nested (default), or reference: the paper's, small scans")
+  command
+      .add_option("--solver", o.solver, "nested (default), or reference: the paper's, small scans")
       ->transform(CLI::CheckedTransformer(std::map<std::string, SolverKind>{
           {"nested", SolverKind::kNested}, {"reference", SolverKind::kReference}}));
-  command.add_option("--newton-steps", o.newton_steps, "Newton-CG steps that finish the nested solve")
+  command
+      .add_option("--newton-steps", o.newton_steps, "Newton-CG steps that finish the nested solve")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
 }
 
 void add_run_options(CLI::App& command, Arguments& args) {
   RemeshOptions& o = args.options;
-  command.add_option("--position-bits", o.position_bits, "bits per coordinate in a .drc, 0 for auto")
+  command
+      .add_option("--position-bits", o.position_bits, "bits per coordinate in a .drc, 0 for auto")
       ->check(CLI::Range(0, 30))
       ->capture_default_str();
-  command.add_option("--memory", o.memory, "budget of the caches, e.g. 2GiB; default from the machine")
+  command
+      .add_option("--memory", o.memory, "budget of the caches, e.g. 2GiB; default from the machine")
       ->transform(CLI::AsSizeValue(false));
   command.add_option("--threads", o.threads, "0 for all processors")
       ->check(CLI::Range(0, 4096))
@@ -101,10 +104,9 @@ int run(Arguments& args) {
   }
   if (verbosity != Verbosity::kQuiet) {
     fmt::print("{}: {} faces, {:.1f} % quads, {} bytes, {:.1f} s\n", o.output, report.output.faces,
-               report.output.faces == 0
-                   ? 0.0
-                   : 100.0 * static_cast<double>(report.output.quads) /
-                         static_cast<double>(report.output.faces),
+               report.output.faces == 0 ? 0.0
+                                        : 100.0 * static_cast<double>(report.output.quads) /
+                                              static_cast<double>(report.output.faces),
                report.output.bytes, report.seconds);
   }
   return 0;
