@@ -12,6 +12,7 @@
 #include <oneapi/tbb/task_group.h>
 
 #include "engine/core/errors.h"
+#include "engine/core/hand_over.h"
 #include "io/scan_reader.h"
 #include "io/sha256.h"
 
@@ -31,7 +32,12 @@ class ByteSource::Hasher {
   void add(const char* data, std::size_t bytes) {
     wait();
     block_.assign(data, data + bytes);
-    group_.run([this] { sha_.update(std::as_bytes(std::span(block_))); });
+    begun_.give();
+    group_.run([this] {
+      begun_.take();
+      sha_.update(std::as_bytes(std::span(block_)));
+      ended_.give();
+    });
   }
   std::string finish() {
     wait();
@@ -40,10 +46,15 @@ class ByteSource::Hasher {
 
  private:
   // Not isolated: with a single thread, it is this one that has to run the task.
-  void wait() { group_.wait(); }
+  void wait() {
+    group_.wait();
+    ended_.take();
+  }
 
   Sha256 sha_;
   std::vector<char> block_;
+  HandOver begun_;
+  HandOver ended_;
   oneapi::tbb::task_group group_;
 };
 

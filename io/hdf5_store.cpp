@@ -54,8 +54,9 @@ Hdf5Store::Hdf5Store(Hdf5StoreOptions options) : options_(std::move(options)) {
     stage.file.emplace(StageFile::open(path));
     stage.complete = true;
     stage.attributes = stage.file->attributes();
+    const std::string folder = name + "/";
     for (const auto& [short_name, records] : stage.file->contents()) {
-      Field& field = field_of(name + "/" + short_name);
+      Field& field = field_of(folder + short_name);
       for (const ChunkRecord& r : records) {
         Entry& e = field.chunks[static_cast<std::uint32_t>(r.tile)];
         e.bytes = e.capacity = r.bytes;

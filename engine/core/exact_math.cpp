@@ -135,6 +135,8 @@ double acos(double x) {
   return exact::atan2(std::sqrt((1.0 - x) * (1.0 + x)), x);
 }
 
-double pow(double base, double exponent) { return exact::exp(exponent * exact::log(base)); }
+double pow(double base, double exponent) {
+  return exact::exp(exponent * exact::log(base));
+}
 
 }  // namespace rattan::exact

@@ -10,6 +10,8 @@
 
 #include <oneapi/tbb/parallel_for.h>
 
+#include "engine/core/hand_over.h"
+
 namespace rattan {
 
 inline constexpr std::size_t kParallelGrain = 4096;
@@ -24,9 +26,15 @@ void parallel_chunks(std::size_t n, const F& f, std::size_t grain = kParallelGra
     }
     return;
   }
+  HandOver begun;
+  HandOver ended;
+  begun.give();
   oneapi::tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t c) {
+    begun.take();
     f(c * grain, std::min(n, (c + 1) * grain));
+    ended.give();
   });
+  ended.take();
 }
 
 /// f(i) for i in [0, n).
@@ -48,7 +56,8 @@ T parallel_sum(std::size_t n, T zero, const F& f, std::size_t grain = kParallelG
   const std::size_t chunks = (n + grain - 1) / grain;
   std::vector<T> partial(chunks, zero);
   parallel_chunks(
-      n, [&](std::size_t begin, std::size_t end) { partial[begin / grain] = f(begin, end); }, grain);
+      n, [&](std::size_t begin, std::size_t end) { partial[begin / grain] = f(begin, end); },
+      grain);
   T sum = zero;
   for (const T& p : partial) {
     sum += p;

@@ -9,6 +9,7 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include "engine/core/errors.h"
+#include "engine/core/hand_over.h"
 
 namespace rattan {
 
@@ -20,6 +21,7 @@ struct InFlight {
   std::size_t index = 0;
   std::unique_ptr<TileTask> task;
   std::exception_ptr error;
+  HandOver handed;  ///< from node to node
 };
 
 using Message = std::shared_ptr<InFlight>;
@@ -52,11 +54,23 @@ void TaskGraph::run(std::string_view name, std::uint32_t tile_count,
     }
   };
 
+  // What the graph promises: one body of a serial node after the other, everything after the call
+  // and before the return.
+  HandOver begun;
+  HandOver ended;
+  HandOver made;
+  HandOver loaded;
+  HandOver committed;
+  begun.give();
+
   flow::graph g;
   std::uint32_t next = 0;
   flow::input_node<Message> source(g, [&](oneapi::tbb::flow_control& control) -> Message {
+    begun.take();
+    made.take();
     if (next == tile_count || abandon.load(std::memory_order_relaxed) || stop_.stop_requested()) {
       control.stop();
+      ended.give();
       return {};
     }
     auto m = std::make_shared<InFlight>();
@@ -67,20 +81,30 @@ void TaskGraph::run(std::string_view name, std::uint32_t tile_count,
       m->error = std::current_exception();
     }
     ++next;
+    m->handed.give();
+    made.give();
     return m;
   });
   flow::limiter_node<Message> tokens(g, static_cast<std::size_t>(options_.tiles_in_flight));
   flow::function_node<Message, Message> loader(g, flow::serial, [&](Message m) {
+    m->handed.take();
+    loaded.take();
     guarded(m, [](TileTask& t) { t.load(); });
+    loaded.give();
+    m->handed.give();
     return m;
   });
-  flow::function_node<Message, Message> computer(
-      g, static_cast<std::size_t>(options_.threads), [&](Message m) {
-        guarded(m, [](TileTask& t) { t.compute(); });
-        return m;
-      });
+  flow::function_node<Message, Message> computer(g, static_cast<std::size_t>(options_.threads),
+                                                 [&](Message m) {
+                                                   m->handed.take();
+                                                   guarded(m, [](TileTask& t) { t.compute(); });
+                                                   m->handed.give();
+                                                   return m;
+                                                 });
   flow::sequencer_node<Message> in_order(g, [](const Message& m) { return m->index; });
   flow::function_node<Message, flow::continue_msg> committer(g, flow::serial, [&](Message m) {
+    m->handed.take();
+    committed.take();
     guarded(m, [](TileTask& t) { t.commit(); });
     if (m->error && !first_error) {
       first_error = m->error;
@@ -90,6 +114,8 @@ void TaskGraph::run(std::string_view name, std::uint32_t tile_count,
     if (progress_ != nullptr && !first_error) {
       progress_->progress(name, m->index + 1, tile_count);
     }
+    committed.give();
+    ended.give();
     return flow::continue_msg();
   });
   flow::make_edge(source, tokens);
@@ -100,6 +126,7 @@ void TaskGraph::run(std::string_view name, std::uint32_t tile_count,
   flow::make_edge(committer, tokens.decrementer());
   source.activate();
   g.wait_for_all();
+  ended.take();
 
   if (first_error) {
     std::rethrow_exception(first_error);

@@ -2,8 +2,8 @@
 #pragma once
 
 // The one scheduler. A pass over tiles becomes a TBB flow graph: an ordered loading node, compute
-// nodes as wide as the machine, an ordered committing node, and a bound on tiles in flight. No other
-// file spells out scheduling; in-memory loops use parallel.h.
+// nodes as wide as the machine, an ordered committing node, and a bound on tiles in flight. No
+// other file spells out scheduling; in-memory loops use parallel.h.
 
 #include <cstdint>
 #include <functional>
@@ -41,8 +41,9 @@ class TaskGraph {
   explicit TaskGraph(TaskGraphOptions options = {}, ProgressSink* progress = nullptr,
                      std::stop_token stop = {});
 
-  /// Runs `make(t)` -> load -> compute -> commit for tiles 0 .. tile_count-1. The first exception (in
-  /// tile order of commit) is rethrown after the graph has drained; a stop request throws Cancelled.
+  /// Runs `make(t)` -> load -> compute -> commit for tiles 0 .. tile_count-1. The first exception
+  /// (in tile order of commit) is rethrown after the graph has drained; a stop request throws
+  /// Cancelled.
   void run(std::string_view name, std::uint32_t tile_count,
            const std::function<std::unique_ptr<TileTask>(TileId)>& make);
 

@@ -6,8 +6,9 @@
 namespace rattan {
 
 TileId TileLayout::owner(std::uint64_t id) const {
-  const auto after = std::upper_bound(tiles.begin(), tiles.end(), id,
-                                      [](std::uint64_t v, const TileExtent& t) { return v < t.first; });
+  const auto after =
+      std::upper_bound(tiles.begin(), tiles.end(), id,
+                       [](std::uint64_t v, const TileExtent& t) { return v < t.first; });
   return TileId(static_cast<std::uint32_t>(after - tiles.begin() - 1));
 }
 

@@ -44,14 +44,14 @@ struct HaloFields {
   Field<std::uint32_t> border;      ///< `border` local numbers of owned nodes, ascending
 };
 
-/// Fills owned-independent parts: given each tile's extents (first, owned) and sorted halo ids, finds
-/// border lists and slots, sets halo/border counts in the layout. Deterministic.
+/// Fills owned-independent parts: given each tile's extents (first, owned) and sorted halo ids,
+/// finds border lists and slots, sets halo/border counts in the layout. Deterministic.
 void connect_halos(TileLayout& layout, const std::vector<std::vector<std::uint64_t>>& halo_ids,
                    std::vector<std::vector<std::uint32_t>>& border,
                    std::vector<std::vector<std::uint32_t>>& halo_slots);
 
-/// The values of all border nodes: about 5 % of the level. A pass reads one board and publishes into
-/// another, so its result doesn't depend on the order in which tiles run.
+/// The values of all border nodes: about 5 % of the level. A pass reads one board and publishes
+/// into another, so its result doesn't depend on the order in which tiles run.
 template <class T>
 using HaloBoard = std::vector<T>;
 

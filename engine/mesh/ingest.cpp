@@ -449,7 +449,7 @@ class IngestRun {
       mesh_.layout.tiles[t].halo = halo_count_[t];
     }
     const std::uint64_t sides = 3 * mesh_.topology.triangles;
-    mesh_.topology.boundary_loops += count_open_loops(std::move(open_loops));
+    mesh_.topology.boundary_loops += count_open_loops(open_loops);
     mesh_.topology.edges = (sides + boundary_edges) / 2;
     mesh_.mean_edge_length = side_length / static_cast<double>(sides);
     mesh_.box_min = box_min.cast<double>();

@@ -28,9 +28,9 @@ inline constexpr HaloFields kMeshHalo{{"mesh/halo_ids"}, {"mesh/halo_slots"}, {"
 inline constexpr std::uint8_t kOnBoundary = 1;
 
 struct TileTriangles {
-  std::uint64_t first = 0;    ///< global id of the first owned triangle
-  std::uint32_t owned = 0;    ///< triangles owned by the tile
-  std::uint32_t touching = 0; ///< all triangles in the tile's chunk
+  std::uint64_t first = 0;     ///< global id of the first owned triangle
+  std::uint32_t owned = 0;     ///< triangles owned by the tile
+  std::uint32_t touching = 0;  ///< all triangles in the tile's chunk
 };
 
 /// What was repaired, for the report.
@@ -42,7 +42,7 @@ struct RepairCounts {
   std::uint64_t isolated_vertices = 0;     ///< dropped
   std::uint64_t flipped_triangles = 0;     ///< reoriented
   std::uint64_t merged_vertices = 0;
-  std::uint64_t non_finite_vertices = 0;   ///< dropped with their triangles
+  std::uint64_t non_finite_vertices = 0;  ///< dropped with their triangles
 };
 
 /// Topology of the repaired scan.
@@ -63,12 +63,12 @@ struct ScanTopology {
 struct ScanMesh {
   TileLayout layout;
   std::vector<TileTriangles> triangles;
-  Vec3d origin = Vec3d::Zero();  ///< added to stored positions to get file coordinates
-  Vec3d box_min = Vec3d::Zero(); ///< relative to origin
+  Vec3d origin = Vec3d::Zero();   ///< added to stored positions to get file coordinates
+  Vec3d box_min = Vec3d::Zero();  ///< relative to origin
   Vec3d box_max = Vec3d::Zero();
   ScanTopology topology;
   RepairCounts repaired;
-  double area = 0.0;           ///< of all triangles, units squared
+  double area = 0.0;  ///< of all triangles, units squared
   double mean_edge_length = 0.0;
 
   double diagonal() const { return (box_max - box_min).norm(); }
@@ -78,9 +78,9 @@ struct ScanMesh {
 struct TileMesh {
   TileExtent extent;
   TileTriangles counts;
-  ChunkView<Vec3f> positions;           ///< extent.owned + extent.halo
-  ChunkView<LocalTriangle> triangles;   ///< counts.touching
-  ChunkView<std::uint64_t> halo_ids;    ///< extent.halo
+  ChunkView<Vec3f> positions;          ///< extent.owned + extent.halo
+  ChunkView<LocalTriangle> triangles;  ///< counts.touching
+  ChunkView<std::uint64_t> halo_ids;   ///< extent.halo
 
   std::uint32_t local_vertices() const { return extent.owned + extent.halo; }
   std::uint64_t global_id(std::uint32_t local) const {
@@ -90,8 +90,8 @@ struct TileMesh {
 
 TileMesh load_tile(Store& store, const ScanMesh& mesh, TileId tile);
 
-/// In-memory ingest for tests and small callers: tiles a manifold, consistently oriented mesh given as
-/// arrays, in the given vertex order (no curve sorting, no repair). Writes the fields above.
+/// In-memory ingest for tests and small callers: tiles a manifold, consistently oriented mesh given
+/// as arrays, in the given vertex order (no curve sorting, no repair). Writes the fields above.
 ScanMesh tile_indexed_mesh(Store& store, std::span<const Vec3d> positions,
                            std::span<const std::array<std::uint32_t, 3>> triangles,
                            std::uint32_t tile_size);

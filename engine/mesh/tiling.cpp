@@ -289,7 +289,7 @@ TileArrays build_tile(const TileInput& input, const TileLayout& layout, const Bo
   return TileBuilder(input, layout, border, block_size).run();
 }
 
-std::uint64_t count_open_loops(std::vector<std::pair<std::uint64_t, std::uint64_t>> pieces) {
+std::uint64_t count_open_loops(const std::vector<std::pair<std::uint64_t, std::uint64_t>>& pieces) {
   std::vector<std::uint64_t> ids;
   ids.reserve(2 * pieces.size());
   for (const auto& [a, b] : pieces) {

@@ -60,6 +60,6 @@ TileArrays build_tile(const TileInput& input, const TileLayout& layout, const Bo
                       std::uint64_t block_size);
 
 /// Number of loops that the pieces of all tiles form.
-std::uint64_t count_open_loops(std::vector<std::pair<std::uint64_t, std::uint64_t>> pieces);
+std::uint64_t count_open_loops(const std::vector<std::pair<std::uint64_t, std::uint64_t>>& pieces);
 
 }  // namespace rattan

@@ -124,7 +124,8 @@ double PolygonSplitter::star_cost(std::size_t first) const {
     centre += q;
   }
   centre /= static_cast<double>(n_);
-  const double quads = static_cast<double>(n_ / 2);
+  const std::size_t spokes = n_ / 2;
+  const auto quads = static_cast<double>(spokes);
   double cost = kStar + quads * angle_cost(2 * exact::kPi / quads, exact::kPi / 2);
   for (std::size_t i = 0; i < n_; ++i) {
     const std::size_t before = (i + n_ - 1) % n_, after = (i + 1) % n_;

@@ -35,7 +35,7 @@ float penalised_norm(float diagonal, float eps, float b, float old) {
   return std::max(newton(newton(s)), kLeastNorm);
 }
 
-template <class Block, SweepMode mode>
+template <class Block, SweepMode Mode>
 struct Node {
   using Ops = BlockOps<Block>;
   static void update(const NodeTerm<Block>& term, const std::uint32_t* neighbor,
@@ -49,7 +49,7 @@ struct Node {
       Ops::apply_add(c[e], reals<Block>(x[neighbor[e]]), b.data());
     }
     float* const xr = reals<Block>(xi);
-    if constexpr (mode == SweepMode::kLinear) {
+    if constexpr (Mode == SweepMode::kLinear) {
       for (std::size_t k = 0; k < Ops::kReals; ++k) {
         const float d = term.diagonal[part_of<Block>(k)] + term.eps;
         const float target = d > 0.0F ? b[k] / d : xr[k];
@@ -59,7 +59,7 @@ struct Node {
       const float re = b[0] + kKeep * xr[0];
       const float im = b[1] + kKeep * xr[1];
       const float norm = std::sqrt(re * re + im * im);
-      if constexpr (mode == SweepMode::kUnit) {
+      if constexpr (Mode == SweepMode::kUnit) {
         const float scale = 1.0F / std::max(norm, kTiny);
         xr[0] = scale * re;
         xr[1] = scale * im;
@@ -113,8 +113,8 @@ inline __m128 pair_row(const std::uint32_t* neighbor, const PairBlock::Coefficie
   return _mm_add_ps(straight, _mm_xor_ps(crossed, bits(kRealSigns)));
 }
 
-template <SweepMode mode>
-struct Node<PairBlock, mode> {
+template <SweepMode Mode>
+struct Node<PairBlock, Mode> {
   static void update(const NodeTerm<PairBlock>& term, const std::uint32_t* neighbor,
                      const PairBlock::Coefficient* c, std::uint32_t degree, PairValue* x,
                      PairValue& xi, float omega) {
@@ -127,7 +127,7 @@ struct Node<PairBlock, mode> {
     const __m128 d =
         _mm_set_ps(term.diagonal[1], term.diagonal[1], term.diagonal[0], term.diagonal[0]);
     __m128 target;
-    if constexpr (mode == SweepMode::kLinear) {
+    if constexpr (Mode == SweepMode::kLinear) {
       const __m128 whole = _mm_add_ps(d, _mm_set1_ps(term.eps));
       const __m128 usable = _mm_cmpgt_ps(whole, _mm_setzero_ps());
       const __m128 quotient = _mm_div_ps(row, _mm_max_ps(whole, tiny));
@@ -136,7 +136,7 @@ struct Node<PairBlock, mode> {
       const __m128 b = _mm_add_ps(row, _mm_mul_ps(_mm_set1_ps(kKeep), old));
       const __m128 norm = _mm_sqrt_ps(part_norms2(b));
       const __m128 inverse = _mm_div_ps(one, _mm_max_ps(norm, tiny));
-      if constexpr (mode == SweepMode::kUnit) {
+      if constexpr (Mode == SweepMode::kUnit) {
         _mm_storeu_ps(xr, _mm_mul_ps(b, inverse));
         return;
       } else {
@@ -198,7 +198,7 @@ void run_newton(std::span<const NodeTerm<Block>> terms, std::span<const std::uin
   }
 }
 
-template <class Block, SweepMode mode>
+template <class Block, SweepMode Mode>
 void run(std::span<const NodeTerm<Block>> terms, std::span<const std::uint32_t> row_begin,
          const std::uint32_t* neighbor, const Coefficient<Block>* coefficient, Value<Block>* x,
          float omega, bool backward) {
@@ -206,7 +206,7 @@ void run(std::span<const NodeTerm<Block>> terms, std::span<const std::uint32_t> 
   for (std::uint32_t k = 0; k < n; ++k) {
     const std::uint32_t i = backward ? n - 1 - k : k;
     const std::uint32_t first = row_begin[i];
-    Node<Block, mode>::update(terms[i], neighbor + first, coefficient + first,
+    Node<Block, Mode>::update(terms[i], neighbor + first, coefficient + first,
                               row_begin[i + 1] - first, x, x[i], omega);
   }
 }

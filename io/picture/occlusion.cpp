@@ -66,8 +66,9 @@ Occlusion::Occlusion(const SampleGrid& grid, const Camera& camera, float reach)
       }
       const std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
                                 static_cast<std::size_t>(x);
+      const int middle_sample = grid.samples / 2;
       const float centre =
-          (static_cast<float>(grid.samples / 2) + 0.5F) / static_cast<float>(grid.samples);
+          (static_cast<float>(middle_sample) + 0.5F) / static_cast<float>(grid.samples);
       const Vec3f n = grid.normal(sample);
       normal_[pixel] = n;
       const Vec3f on =

@@ -42,7 +42,8 @@ PartScene::PartScene(RTCDevice device, const SceneMesh& mesh, const Camera& came
     throw ResourceError("Memory ran out while making a picture. Leave out the picture.");
   }
   if (!empty) {
-    std::memcpy(vertices, positions_.data(), positions_.size() * sizeof(Vec3f));
+    std::memcpy(vertices, static_cast<const void*>(positions_.data()),
+                positions_.size() * sizeof(Vec3f));
     std::memcpy(triangles, mesh.triangles.data(), mesh.triangles.size() * sizeof(LocalTriangle));
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene_, geometry);

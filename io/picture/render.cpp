@@ -403,7 +403,8 @@ void draw_dots(Image& image, const SampleGrid& grid, const Camera& camera,
 std::size_t render_bytes(const RenderOptions& options, std::size_t looks) {
   const std::size_t pixels =
       static_cast<std::size_t>(options.width) * static_cast<std::size_t>(options.height);
-  const auto samples = static_cast<std::size_t>(options.samples * options.samples);
+  const auto samples =
+      static_cast<std::size_t>(options.samples) * static_cast<std::size_t>(options.samples);
   // Samples; occlusion; the field's directions, crosses, depths and lines; images.
   return pixels * (samples * (sizeof(float) + 3 * sizeof(std::int16_t) + 3 * looks) +
                    (2 * sizeof(Vec3f) + sizeof(std::uint32_t)) +
