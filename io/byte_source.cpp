@@ -9,7 +9,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <oneapi/tbb/task_arena.h>
 #include <oneapi/tbb/task_group.h>
 
 #include "engine/core/errors.h"
@@ -46,9 +45,9 @@ class ByteSource::Hasher {
   }
 
  private:
+  // Not isolated: with a single thread, it is this one that has to run the task.
   void wait() {
-    // Isolated, or this thread might pick up unrelated work while it waits.
-    oneapi::tbb::this_task_arena::isolate([this] { group_.wait(); });
+    group_.wait();
     ended_.take();
   }
 

@@ -264,8 +264,8 @@ class RemeshJob {
     }
   }
 
-  // Singularities and boundaries take a few per cent of the faces away.
-  static constexpr double kFirstGuess = 0.975;
+  // Singularities and boundaries take a little of the faces away.
+  static constexpr double kFirstGuess = 0.99;
 
   RemeshReport report_;
   const RemeshOptions& options_;

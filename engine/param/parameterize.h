@@ -51,8 +51,8 @@ struct ParamOptions {
   double omega = 2.0;
   SolveOptions solve{.penalty = 0.2F,
                      .coarse_stiffness = 1.0F,
-                     .passes = 2,
-                     .sweeps = 6,
+                     .passes = 1,
+                     .sweeps = 8,
                      .newton_steps = 0,
                      .tolerance = 1e-2F,
                      .unit_norm = true};

@@ -13,10 +13,12 @@ namespace rattan {
 namespace {
 
 constexpr float kOverRelaxation = 1.5F;
-/// The coarsest level keeps the best of a few random starts: a start decides which way phases wind
-/// around handles, and no finer level can undo a bad winding.
-constexpr int kStarts = 4;
-constexpr int kStartSweeps = 128;
+/// Several random starts climb from the coarsest level to the finest of at most kTrialNodes nodes,
+/// where the one of least energy goes on: a start decides which way phases wind around handles and
+/// where vortices settle, and no finer level can undo that. Large scans average it out by
+/// themselves.
+constexpr std::uint64_t kStarts = 4;
+constexpr std::uint64_t kTrialNodes = 2048;
 constexpr int kCoarsestSweeps = 512;
 constexpr int kCoarseSweeps = 64;
 constexpr int kSecondLevelSweeps = 16;
@@ -24,71 +26,80 @@ constexpr int kSecondLevelSweeps = 16;
 constexpr int kSweepsPerPass = 4;
 constexpr int kUnitSweeps = 3;
 
-// The seed whose start leads to the least energy after a few sweeps.
+/// Relaxes level k from its start: a seed on the coarsest, else the coarser level's answer.
 template <class Block>
-std::uint64_t best_seed(SystemLevel<Block>& s, SmoothPlan<Block> plan, float penalty,
-                        SolveReport& report, TaskGraph& tasks) {
-  std::uint64_t best = 0;
-  double least = 0.0;
-  for (plan.seed = 0; plan.seed < kStarts; ++plan.seed) {
+void relax_level(SystemHierarchy<Block>& system, std::size_t k, std::uint64_t seed,
+                 const SolveOptions& options, SolveReport& report, TaskGraph& tasks) {
+  const std::size_t coarsest = system.levels.size() - 1;
+  SystemLevel<Block>& s = system.levels[k];
+  SmoothPlan<Block> plan;
+  plan.omega = kOverRelaxation;
+  plan.penalty = options.penalty;
+  plan.values = s.solution;
+  plan.board = &s.board;
+  const bool one_tile = s.level->layout.tile_count() <= 1;
+  const auto split = [&](int sweeps) {
+    plan.passes = one_tile ? 1 : sweeps / kSweepsPerPass;
+    plan.sweeps = one_tile ? sweeps : kSweepsPerPass;
+  };
+  if (k == coarsest) {
+    plan.start = Start::kSeed;
+    plan.seed = seed;
+    split(kCoarsestSweeps);
     smooth<Block>(s, nullptr, plan, tasks);
-    const double energy = evaluate(s, penalty, tasks).energy;
-    if (plan.seed == 0 || energy < least) {
-      least = energy;
-      best = plan.seed;
-    }
-    if (s.finest != nullptr) {
-      report.passes += static_cast<std::uint64_t>(plan.passes) + 1;
+    if (k == 0) {
+      report.passes += static_cast<std::uint64_t>(plan.passes);
       report.iterations += static_cast<std::uint64_t>(plan.passes * plan.sweeps);
+      plan.start = Start::kStored;
     }
+  } else {
+    plan.start = Start::kProlong;
+    plan.coarse_values = system.levels[k + 1].solution;
   }
-  return best;
+  if (k == 0) {
+    const bool unit = options.unit_norm && options.newton_steps == 0;
+    plan.passes = std::max(options.passes, 1);
+    plan.sweeps = options.sweeps;
+    plan.unit_sweeps = unit ? kUnitSweeps : 0;
+    plan.normalise = unit;
+    report.passes += static_cast<std::uint64_t>(plan.passes);
+    report.iterations += static_cast<std::uint64_t>(plan.passes * plan.sweeps + plan.unit_sweeps);
+    smooth<Block>(s, k == coarsest ? nullptr : &system.levels[k + 1], plan, tasks);
+  } else if (k < coarsest) {
+    split(k == 1 ? kSecondLevelSweeps : kCoarseSweeps);
+    smooth<Block>(s, &system.levels[k + 1], plan, tasks);
+  }
 }
 
 template <class Block>
 void solve_periodic(SystemHierarchy<Block>& system, const SolveOptions& options,
                     SolveReport& report, TaskGraph& tasks) {
   const std::size_t coarsest = system.levels.size() - 1;
-  const bool unit_in_sweeps = options.unit_norm && options.newton_steps == 0;
-  for (std::size_t k = coarsest + 1; k-- > 0;) {
-    SystemLevel<Block>& s = system.levels[k];
-    SmoothPlan<Block> plan;
-    plan.omega = kOverRelaxation;
-    plan.penalty = options.penalty;
-    plan.values = s.solution;
-    plan.board = &s.board;
-    const bool one_tile = s.level->layout.tile_count() <= 1;
-    const auto split = [&](int sweeps) {
-      plan.passes = one_tile ? 1 : sweeps / kSweepsPerPass;
-      plan.sweeps = one_tile ? sweeps : kSweepsPerPass;
-    };
-    if (k == coarsest) {
-      plan.start = Start::kSeed;
-      split(kStartSweeps);
-      plan.seed = best_seed(s, plan, options.penalty, report, tasks);
-      split(kCoarsestSweeps);
-      smooth<Block>(s, nullptr, plan, tasks);
-      if (k == 0) {
-        report.passes += static_cast<std::uint64_t>(plan.passes);
-        report.iterations += static_cast<std::uint64_t>(plan.passes * plan.sweeps);
-        plan.start = Start::kStored;
-      }
-    } else {
-      plan.start = Start::kProlong;
-      plan.coarse_values = system.levels[k + 1].solution;
+  std::size_t trial = coarsest;
+  while (trial > 1 && system.levels[trial - 1].level->layout.node_count <= kTrialNodes) {
+    --trial;
+  }
+  const auto climb = [&](std::uint64_t seed) {
+    for (std::size_t k = coarsest + 1; k-- > trial;) {
+      relax_level(system, k, seed, options, report, tasks);
     }
-    if (k == 0) {
-      plan.passes = std::max(options.passes, 1);
-      plan.sweeps = options.sweeps;
-      plan.unit_sweeps = unit_in_sweeps ? kUnitSweeps : 0;
-      plan.normalise = unit_in_sweeps;
-      report.passes += static_cast<std::uint64_t>(plan.passes);
-      report.iterations += static_cast<std::uint64_t>(plan.passes * plan.sweeps + plan.unit_sweeps);
-      smooth<Block>(s, k == coarsest ? nullptr : &system.levels[k + 1], plan, tasks);
-    } else if (k < coarsest) {
-      split(k == 1 ? kSecondLevelSweeps : kCoarseSweeps);
-      smooth<Block>(s, &system.levels[k + 1], plan, tasks);
+  };
+  std::uint64_t best = 0;
+  double least = 0.0;
+  for (std::uint64_t seed = 0; seed < kStarts; ++seed) {
+    climb(seed);
+    const double energy = evaluate(system.levels[trial], options.penalty, tasks).energy;
+    report.passes += trial == 0 ? 1 : 0;
+    if (seed == 0 || energy < least) {
+      least = energy;
+      best = seed;
     }
+  }
+  if (best != kStarts - 1) {
+    climb(best);
+  }
+  for (std::size_t k = trial; k-- > 0;) {
+    relax_level(system, k, 0, options, report, tasks);
   }
   if (options.newton_steps > 0) {
     newton_steps<Block>(system, options, report, tasks);

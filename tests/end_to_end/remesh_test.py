@@ -21,7 +21,7 @@ MANY_QUADS = {"nefertiti.obj", "koala.obj", "bun_zipper.ply"}
 
 
 def rattan(*words):
-    return subprocess.run([RATTAN, *map(str, words)], capture_output=True, text=True, timeout=900)
+    return subprocess.run([RATTAN, *map(str, words)], capture_output=True, text=True, timeout=120)
 
 
 class Remesh(unittest.TestCase):
@@ -120,7 +120,7 @@ class Remesh(unittest.TestCase):
             (["remesh", good, "-o", out, "--faces", "10", "--ratio", "0.1"], 2),
             (["remesh", good, "-o", out, "--smoothing", "1.5"], 2),
             (["remesh", good, "-o", out, "--colour"], 2),
-            (["remesh", good, "-o", self.folder / "no" / "such" / "out.drc"], 4),
+            (["remesh", good, "-o", self.folder / "no" / "such" / "out.drc"], 2),
             (["nonsense"], 2),
             ([], 2),
         ):

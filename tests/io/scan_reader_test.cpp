@@ -8,6 +8,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <oneapi/tbb/global_control.h>
 
 #include "engine/core/errors.h"
 #include "tests/io/scan_files.h"
@@ -111,6 +112,15 @@ TEST(ScanReader, HashesTheWholeFile) {
   ScanFileInfo info;
   info.want_sha256 = true;
   testing::read_bytes(file, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", {}, &info);
+  EXPECT_EQ(info.sha256, "697b00ab13410c52a542d2e9c63711fcc04e9cbf6c0d3439a9b43cc812e6e713");
+}
+
+TEST(ScanReader, HashesOnASingleThread) {
+  const oneapi::tbb::global_control one(oneapi::tbb::global_control::max_allowed_parallelism, 1);
+  const TemporaryFile file("hash.obj");
+  ScanFileInfo info;
+  info.want_sha256 = true;
+  testing::read_bytes(file, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", {4, 1}, &info);
   EXPECT_EQ(info.sha256, "697b00ab13410c52a542d2e9c63711fcc04e9cbf6c0d3439a9b43cc812e6e713");
 }
 
