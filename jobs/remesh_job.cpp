@@ -152,14 +152,12 @@ class RemeshJob {
     constexpr double kGoodEnough = 0.08;
     double side = target_.quad_side * kFirstGuess;
     double best_miss = 0.0;
-    double best_side = 0.0;
     for (int attempt = 0; attempt < kTries; ++attempt) {
       PolygonMesh candidate = quads_at(side);
       const auto faces = static_cast<double>(candidate.face_count());
       const double miss = std::abs(std::log(faces / target_.faces));
       if (attempt == 0 || miss < best_miss) {
         best_miss = miss;
-        best_side = side;
         remesh_ = std::move(candidate);
       }
       if (miss < kGoodEnough) {
@@ -167,7 +165,6 @@ class RemeshJob {
       }
       side *= std::sqrt(faces / target_.faces);
     }
-    side_ = best_side;
   }
 
   PolygonMesh quads_at(double side) {
@@ -281,7 +278,6 @@ class RemeshJob {
   TargetSize target_;
   SurfaceField field_;
   double omega_ = 0.0;
-  double side_ = 0.0;
   SolveReport phase_report_;
   ArrangementReport arrangement_;
   PolygonMesh remesh_;

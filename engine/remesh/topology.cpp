@@ -3,33 +3,16 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
 #include <span>
 #include <vector>
 
+#include "engine/layout/disjoint_sets.h"
 #include "engine/remesh/edge_sort.h"
 
 namespace rattan {
 namespace {
 
-class Classes {
- public:
-  explicit Classes(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0U); }
-  std::uint32_t root(std::uint32_t a) {
-    while (parent_[a] != a) {
-      a = parent_[a] = parent_[parent_[a]];
-    }
-    return a;
-  }
-  void join(std::uint32_t a, std::uint32_t b) {
-    a = root(a);
-    b = root(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
+using layout::DisjointSets;
 
 /// Counts faces that repeat a vertex, and faces on the same vertices as an earlier one.
 void check_faces(const PolygonMesh& mesh, MeshTopology& result) {
@@ -101,8 +84,8 @@ MeshTopology check_topology(const PolygonMesh& mesh) {
   constexpr std::uint8_t kUsed = 1, kBorder = 2;
   std::vector<std::uint8_t> state(vertices, 0);
   std::vector<std::uint32_t> valence(vertices, 0);
-  Classes components(vertices);
-  Classes fans(corners);
+  DisjointSets components(vertices);
+  DisjointSets fans(corners);
   std::vector<FaceSide> border;
   const std::vector<FaceSide> sides = sorted_sides(mesh);
   for (std::size_t i = 0; i < sides.size();) {
@@ -116,7 +99,7 @@ MeshTopology check_topology(const PolygonMesh& mesh) {
     ++valence[a.high];
     state[a.low] |= kUsed;
     state[a.high] |= kUsed;
-    components.join(a.low, a.high);
+    components.unite(a.low, a.high);
     if (j - i == 1) {
       state[a.low] |= kBorder;
       state[a.high] |= kBorder;
@@ -125,11 +108,11 @@ MeshTopology check_topology(const PolygonMesh& mesh) {
       const FaceSide& b = sides[i + 1];
       if (mesh.corners[a.corner] == mesh.corners[b.corner]) {
         ++result.inconsistent_edges;
-        fans.join(a.corner, b.corner);
-        fans.join(a.next, b.next);
+        fans.unite(a.corner, b.corner);
+        fans.unite(a.next, b.next);
       } else {
-        fans.join(a.corner, b.next);
-        fans.join(a.next, b.corner);
+        fans.unite(a.corner, b.next);
+        fans.unite(a.next, b.corner);
       }
     } else {
       ++result.non_manifold_edges;
@@ -141,7 +124,7 @@ MeshTopology check_topology(const PolygonMesh& mesh) {
 
   std::vector<std::uint8_t> seen(vertices, 0);
   for (std::uint32_t c = 0; c < corners; ++c) {
-    if (fans.root(c) == c) {
+    if (fans.find(c) == c) {
       std::uint8_t& count = seen[mesh.corners[c]];
       result.non_manifold_vertices += count == 1;
       count = static_cast<std::uint8_t>(std::min(2, count + 1));
@@ -153,18 +136,18 @@ MeshTopology check_topology(const PolygonMesh& mesh) {
       continue;
     }
     ++result.vertices;
-    result.components += components.root(v) == v;
+    result.components += components.find(v) == v;
     result.valence_two += valence[v] <= 2 && (state[v] & kBorder) == 0;
   }
 
   // A boundary loop passes from edge to edge through the fan that they share.
-  Classes loops(corners);
+  DisjointSets loops(corners);
   std::vector<std::uint32_t> length(corners, 0);
   for (const FaceSide& side : border) {
-    loops.join(fans.root(side.corner), fans.root(side.next));
+    loops.unite(fans.find(side.corner), fans.find(side.next));
   }
   for (const FaceSide& side : border) {
-    ++length[loops.root(fans.root(side.corner))];
+    ++length[loops.find(fans.find(side.corner))];
   }
   for (const std::uint32_t n : length) {
     result.boundary_loops += n > 0;
