@@ -7,7 +7,7 @@
 #include <png.h>
 
 #include "engine/core/errors.h"
-#include "io/atomic_file.h"
+#include "io/file/atomic_file.h"
 
 namespace rattan {
 

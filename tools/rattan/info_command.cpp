@@ -7,8 +7,8 @@
 #include "engine/core/errors.h"
 #include "engine/remesh/quality.h"
 #include "engine/remesh/topology.h"
-#include "io/hdf5_store.h"
-#include "io/remesh_reader.h"
+#include "io/remesh/remesh_reader.h"
+#include "io/store/hdf5_store.h"
 #include "tools/rattan/commands.h"
 
 namespace rattan {

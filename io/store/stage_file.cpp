@@ -1,0 +1,425 @@
+// SPDX-License-Identifier: MIT
+#include "io/store/stage_file.h"
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <unistd.h>
+#include <utility>
+
+#include "engine/core/errors.h"
+#include "io/store/checksum.h"
+#include "io/store/hdf5_handles.h"
+
+namespace rattan {
+
+namespace fs = std::filesystem;
+using hdf5::Handle;
+using hdf5::Session;
+
+namespace {
+
+constexpr hsize_t kHdf5Chunk = std::size_t{256} << 10;
+constexpr const char* kIndexChecksum = "index_checksum";
+constexpr const char* kFormat = "rattan_store";
+constexpr const char* kFormatValue = "1";
+
+Handle access_properties() {
+  Handle access(H5Pcreate(H5P_FILE_ACCESS));
+  H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);
+  // The latest format carries checksums on all its own records.
+  H5Pset_libver_bounds(access.get(), H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
+  // Network file systems often lack locks; a job owns its work directory.
+  H5Pset_file_locking(access.get(), false, true);
+  H5AC_cache_config_t config;
+  config.version = H5AC__CURR_CACHE_CONFIG_VERSION;
+  if (H5Pget_mdc_config(access.get(), &config) >= 0) {
+    config.set_initial_size = true;
+    config.initial_size = std::size_t{512} << 10;
+    config.min_size = std::size_t{256} << 10;
+    config.max_size = std::size_t{1} << 20;
+    H5Pset_mdc_config(access.get(), &config);
+  }
+  return access;
+}
+
+/// No chunk cache: our chunks go straight to the file.
+Handle dataset_access() {
+  Handle access(H5Pcreate(H5P_DATASET_ACCESS));
+  H5Pset_chunk_cache(access.get(), 0, 0, 0.0);
+  return access;
+}
+
+std::string group_of(const std::string& field) {
+  std::string name = field;
+  for (char& c : name) {
+    c = c == '/' ? '.' : c;
+  }
+  return "/" + name;
+}
+
+[[noreturn]] void damaged(const fs::path& path, const std::string& what) {
+  throw InputError(path.string(), "", what,
+                   "The file is damaged; delete the work directory and run again");
+}
+
+void write_string(hid_t object, const std::string& name, const std::string& value,
+                  const std::string& path) {
+  const Handle type(H5Tcopy(H5T_C_S1));
+  H5Tset_size(type.get(), value.size() + 1);
+  const Handle space(H5Screate(H5S_SCALAR));
+  const Handle attribute(
+      H5Acreate2(object, name.c_str(), type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT));
+  if (!attribute.valid() || H5Awrite(attribute.get(), type.get(), value.c_str()) < 0) {
+    hdf5::fail(path, "write attribute " + name);
+  }
+}
+
+std::string read_string(hid_t object, const char* name, const fs::path& path) {
+  const Handle attribute(H5Aopen(object, name, H5P_DEFAULT));
+  const Handle type(attribute.valid() ? H5Aget_type(attribute.get()) : -1);
+  if (!type.valid() || H5Tget_class(type.get()) != H5T_STRING ||
+      H5Tis_variable_str(type.get()) > 0) {
+    damaged(path, std::string("attribute ") + name + " is missing or no text");
+  }
+  std::string value(H5Tget_size(type.get()), '\0');
+  if (H5Aread(attribute.get(), type.get(), value.data()) < 0) {
+    damaged(path, std::string("attribute ") + name + " cannot be read");
+  }
+  value.resize(std::strlen(value.c_str()));
+  return value;
+}
+
+extern "C" {
+herr_t collect_link(hid_t, const char* name, const H5L_info_t*, void* names) {
+  static_cast<std::vector<std::string>*>(names)->emplace_back(name);
+  return 0;
+}
+herr_t collect_attribute(hid_t, const char* name, const H5A_info_t*, void* names) {
+  static_cast<std::vector<std::string>*>(names)->emplace_back(name);
+  return 0;
+}
+}
+
+bool exists(hid_t file, const std::string& name) {
+  return H5Lexists(file, name.c_str(), H5P_DEFAULT) > 0;
+}
+
+std::uint64_t index_checksum(const std::string& field, const std::vector<ChunkRecord>& records) {
+  const std::uint64_t seed = checksum(std::as_bytes(std::span(field)));
+  return checksum(std::as_bytes(std::span(records)), seed);
+}
+
+}  // namespace
+
+void sync_path(const fs::path& path) {
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  const bool synced = descriptor >= 0 && ::fsync(descriptor) == 0;
+  const int error = errno;
+  if (descriptor >= 0) {
+    ::close(descriptor);
+  }
+  if (!synced) {
+    throw ResourceError(path.string() + ": cannot be synced to disk (" + std::strerror(error) +
+                        "). Check the disk, or choose another directory with --work-dir.");
+  }
+}
+
+StageFile::StageFile(StageFile&& other) noexcept
+    : path_(std::move(other.path_)),
+      file_(std::exchange(other.file_, -1)),
+      finished_(std::exchange(other.finished_, true)),
+      datasets_(std::move(other.datasets_)),
+      contents_(std::move(other.contents_)),
+      attributes_(std::move(other.attributes_)) {}
+
+StageFile::~StageFile() {
+  const fs::path unfinished = path();
+  close();
+  if (!finished_) {
+    std::error_code ignored;
+    fs::remove(unfinished, ignored);
+  }
+}
+
+fs::path StageFile::path() const {
+  fs::path p = path_;
+  if (!finished_) {
+    p += kPartialSuffix;
+  }
+  return p;
+}
+
+StageFile StageFile::create(const fs::path& path) {
+  StageFile file(path);
+  const Session session;
+  const Handle access = access_properties();
+  file.file_ = H5Fcreate(file.path().c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get());
+  if (file.file_ < 0) {
+    hdf5::fail(file.path().string(), "create the file");
+  }
+  return file;
+}
+
+StageFile StageFile::open(const fs::path& path) {
+  StageFile file(path);
+  file.finished_ = true;
+  const Session session;
+  file.open_finished();
+  file.load_contents();
+  return file;
+}
+
+void StageFile::open_finished() {
+  const Handle access = access_properties();
+  file_ = H5Fopen(path_.c_str(), H5F_ACC_RDONLY, access.get());
+  if (file_ < 0) {
+    damaged(path_, "this is not a readable HDF5 file");
+  }
+}
+
+void StageFile::close() noexcept {
+  if (file_ >= 0) {
+    try {
+      const Session session;
+      for (const auto& [name, set] : datasets_) {
+        H5Dclose(set.id);
+      }
+      H5Fclose(file_);
+      H5Eclear2(H5E_DEFAULT);
+    } catch (...) {  // nothing more can be done for a file that does not close
+    }
+  }
+  datasets_.clear();
+  file_ = -1;
+}
+
+StageFile::Dataset& StageFile::dataset(const std::string& field, bool may_create) {
+  const auto known = datasets_.find(field);
+  if (known != datasets_.end()) {
+    return known->second;
+  }
+  const std::string name = group_of(field) + "/data";
+  const Handle access = dataset_access();
+  Dataset set;
+  if (!may_create || exists(file_, group_of(field))) {
+    set.id = H5Dopen2(file_, name.c_str(), access.get());
+    if (set.id < 0) {
+      damaged(path(), "the data of " + field + " cannot be opened");
+    }
+    const Handle space(H5Dget_space(set.id));
+    set.bytes = static_cast<std::uint64_t>(H5Sget_simple_extent_npoints(space.get()));
+  } else {
+    const hsize_t size = 0;
+    const hsize_t unlimited = H5S_UNLIMITED;
+    const Handle space(H5Screate_simple(1, &size, &unlimited));
+    const Handle creation(H5Pcreate(H5P_DATASET_CREATE));
+    H5Pset_chunk(creation.get(), 1, &kHdf5Chunk);
+    H5Pset_fill_time(creation.get(), H5D_FILL_TIME_NEVER);
+    const Handle links(H5Pcreate(H5P_LINK_CREATE));
+    H5Pset_create_intermediate_group(links.get(), 1);
+    set.id = H5Dcreate2(file_, name.c_str(), H5T_NATIVE_UINT8, space.get(), links.get(),
+                        creation.get(), access.get());
+    if (set.id < 0) {
+      hdf5::fail(path().string(), "create field " + field);
+    }
+  }
+  return datasets_.emplace(field, set).first->second;
+}
+
+std::uint64_t StageFile::append(const std::string& field, std::span<const std::byte> bytes) {
+  std::uint64_t offset = 0;
+  {
+    const Session session;
+    Dataset& set = dataset(field, true);
+    offset = set.bytes;
+    const hsize_t size = offset + bytes.size();
+    if (H5Dset_extent(set.id, &size) < 0) {
+      hdf5::fail(path().string(), "extend field " + field);
+    }
+    set.bytes = size;
+  }
+  overwrite(field, offset, bytes);
+  return offset;
+}
+
+void StageFile::overwrite(const std::string& field, std::uint64_t offset,
+                          std::span<const std::byte> bytes) {
+  if (bytes.empty()) {
+    return;
+  }
+  const Session session;
+  const Dataset& set = dataset(field, false);
+  const hsize_t start = offset;
+  const hsize_t count = bytes.size();
+  const Handle file_space(H5Dget_space(set.id));
+  const Handle memory_space(H5Screate_simple(1, &count, nullptr));
+  if (H5Sselect_hyperslab(file_space.get(), H5S_SELECT_SET, &start, nullptr, &count, nullptr) < 0 ||
+      H5Dwrite(set.id, H5T_NATIVE_UINT8, memory_space.get(), file_space.get(), H5P_DEFAULT,
+               bytes.data()) < 0) {
+    hdf5::fail(path().string(), "write field " + field);
+  }
+}
+
+void StageFile::read(const std::string& field, std::uint64_t offset, std::span<std::byte> bytes) {
+  if (bytes.empty()) {
+    return;
+  }
+  const Session session;
+  const Dataset& set = dataset(field, false);
+  if (offset > set.bytes || bytes.size() > set.bytes - offset) {
+    damaged(path(), "field " + field + " is shorter than its index says");
+  }
+  const hsize_t start = offset;
+  const hsize_t count = bytes.size();
+  const Handle file_space(H5Dget_space(set.id));
+  const Handle memory_space(H5Screate_simple(1, &count, nullptr));
+  if (H5Sselect_hyperslab(file_space.get(), H5S_SELECT_SET, &start, nullptr, &count, nullptr) < 0 ||
+      H5Dread(set.id, H5T_NATIVE_UINT8, memory_space.get(), file_space.get(), H5P_DEFAULT,
+              bytes.data()) < 0) {
+    damaged(path(), "field " + field + " cannot be read");
+  }
+}
+
+void StageFile::erase_field(const std::string& field) {
+  const Session session;
+  const auto known = datasets_.find(field);
+  if (known != datasets_.end()) {
+    H5Dclose(known->second.id);
+    datasets_.erase(known);
+  }
+  if (!exists(file_, group_of(field))) {
+    return;
+  }
+  if (H5Ldelete(file_, group_of(field).c_str(), H5P_DEFAULT) < 0) {
+    hdf5::fail(path().string(), "erase field " + field);
+  }
+}
+
+void StageFile::finish(Contents contents, Attributes attributes) {
+  ensure(!finished_, "a stage file is finished once");
+  const fs::path unfinished = path();
+  {
+    const Session session;
+    for (const auto& [field, records] : contents) {
+      if (!datasets_.contains(field)) {
+        dataset(field, true);  // all its chunks are empty
+      }
+      const std::array<hsize_t, 2> size = {records.size(), 4};
+      const Handle space(H5Screate_simple(2, size.data(), nullptr));
+      const Handle index(H5Dcreate2(file_, (group_of(field) + "/index").c_str(), H5T_NATIVE_UINT64,
+                                    space.get(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+      static_assert(sizeof(ChunkRecord) == 4 * sizeof(std::uint64_t));
+      if (!index.valid() || H5Dwrite(index.get(), H5T_NATIVE_UINT64, H5S_ALL, H5S_ALL, H5P_DEFAULT,
+                                     records.data()) < 0) {
+        hdf5::fail(unfinished.string(), "write the index of " + field);
+      }
+      write_string(index.get(), "field", field, unfinished.string());
+      write_string(index.get(), kIndexChecksum, std::to_string(index_checksum(field, records)),
+                   unfinished.string());
+    }
+    for (const auto& [name, value] : attributes) {
+      write_string(file_, name, value, unfinished.string());
+    }
+    write_string(file_, kFormat, kFormatValue, unfinished.string());
+    for (const auto& [name, set] : datasets_) {
+      H5Dclose(set.id);
+    }
+    datasets_.clear();
+    if (H5Fflush(file_, H5F_SCOPE_LOCAL) < 0) {
+      hdf5::fail(unfinished.string(), "write the file");
+    }
+    const bool closed = H5Fclose(file_) >= 0;
+    file_ = -1;
+    if (!closed) {
+      hdf5::fail(unfinished.string(), "close the file");
+    }
+  }
+  sync_path(unfinished);
+  std::error_code error;
+  fs::rename(unfinished, path_, error);
+  if (error) {
+    throw ResourceError(path_.string() + ": cannot take its name (" + error.message() +
+                        "). Check the directory, or choose another with --work-dir.");
+  }
+  sync_path(path_.has_parent_path() ? path_.parent_path() : fs::path("."));
+  finished_ = true;
+  contents_ = std::move(contents);
+  attributes_ = std::move(attributes);
+  const Session session;
+  open_finished();
+}
+
+void StageFile::resume() {
+  ensure(finished_, "only a finished file can be resumed");
+  close();
+  std::error_code error;
+  fs::path unfinished = path_;
+  unfinished += kPartialSuffix;
+  fs::rename(path_, unfinished, error);
+  if (error) {
+    throw ResourceError(path_.string() + ": cannot be replaced (" + error.message() +
+                        "). Check the directory, or choose another with --work-dir.");
+  }
+  finished_ = false;
+  const Session session;
+  const Handle access = access_properties();
+  file_ = H5Fopen(unfinished.c_str(), H5F_ACC_RDWR, access.get());
+  if (file_ < 0) {
+    hdf5::fail(unfinished.string(), "open the file");
+  }
+  for (const auto& [field, records] : contents_) {
+    if (H5Ldelete(file_, (group_of(field) + "/index").c_str(), H5P_DEFAULT) < 0) {
+      hdf5::fail(unfinished.string(), "drop the index of " + field);
+    }
+  }
+  for (const auto& [name, value] : attributes_) {
+    H5Adelete(file_, name.c_str());
+  }
+  H5Adelete(file_, kFormat);
+  contents_.clear();
+  attributes_.clear();
+}
+
+void StageFile::load_contents() {
+  std::vector<std::string> names;
+  H5Aiterate2(file_, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect_attribute, &names);
+  for (const std::string& name : names) {
+    attributes_[name] = read_string(file_, name.c_str(), path_);
+  }
+  if (attributes_[kFormat] != kFormatValue) {
+    damaged(path_, "this is no store file of this version of Rattan");
+  }
+  attributes_.erase(kFormat);
+  names.clear();
+  if (H5Literate(file_, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect_link, &names) < 0) {
+    damaged(path_, "its list of fields cannot be read");
+  }
+  for (const std::string& name : names) {
+    const Handle index(H5Dopen2(file_, ("/" + name + "/index").c_str(), H5P_DEFAULT));
+    if (!index.valid()) {
+      damaged(path_, "the index of " + name + " cannot be read");
+    }
+    const Handle space(H5Dget_space(index.get()));
+    std::array<hsize_t, 2> size{};
+    if (H5Sget_simple_extent_ndims(space.get()) != 2 ||
+        H5Sget_simple_extent_dims(space.get(), size.data(), nullptr) != 2 || size[1] != 4 ||
+        H5Dget_storage_size(index.get()) < size[0] * sizeof(ChunkRecord)) {
+      damaged(path_, "the index of " + name + " has a wrong shape");
+    }
+    const std::string field = read_string(index.get(), "field", path_);
+    std::vector<ChunkRecord> records(size[0]);
+    if (size[0] > 0 && H5Dread(index.get(), H5T_NATIVE_UINT64, H5S_ALL, H5S_ALL, H5P_DEFAULT,
+                               records.data()) < 0) {
+      damaged(path_, "the index of " + field + " cannot be read");
+    }
+    if (read_string(index.get(), kIndexChecksum, path_) !=
+        std::to_string(index_checksum(field, records))) {
+      damaged(path_, "the index of " + field + " does not match its checksum");
+    }
+    contents_[field] = std::move(records);
+  }
+}
+
+}  // namespace rattan

@@ -1,0 +1,403 @@
+// SPDX-License-Identifier: MIT
+#include "io/store/hdf5_store.h"
+
+#include <atomic>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <string>
+#include <sys/resource.h>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "engine/core/errors.h"
+#include "engine/core/memory_store.h"
+#include "engine/mesh/ingest.h"
+
+namespace rattan {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A directory of its own for each test.
+class Hdf5StoreTest : public ::testing::Test {
+ protected:
+  Hdf5StoreTest() {
+    std::string name = (fs::temp_directory_path() / "rattan_store_XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) {
+      throw std::runtime_error("no temporary directory");
+    }
+    base_ = name;
+  }
+  ~Hdf5StoreTest() override { fs::remove_all(base_); }
+
+  Hdf5StoreOptions options(std::uint64_t cache_bytes, bool keep) const {
+    return {.directory = base_ / "work", .cache_bytes = cache_bytes, .keep = keep};
+  }
+  fs::path file(const char* name) const { return base_ / "work" / name; }
+
+  fs::path base_;
+};
+
+ChunkBytes chunk(std::uint32_t seed, std::size_t size) {
+  auto bytes = std::make_shared<std::vector<std::byte>>(size);
+  std::mt19937 random(seed);
+  for (std::byte& b : *bytes) {
+    b = static_cast<std::byte>(random());
+  }
+  return bytes;
+}
+
+void expect_chunk(Store& store, const std::string& field, std::uint32_t tile, std::uint32_t seed,
+                  std::size_t size) {
+  EXPECT_EQ(*store.read_chunk(field, TileId(tile)), *chunk(seed, size)) << field << " " << tile;
+}
+
+TEST_F(Hdf5StoreTest, ALargeCacheNeverTouchesTheDisk) {
+  {
+    Hdf5Store store(options(1 << 20, false));
+    for (std::uint32_t t = 0; t < 10; ++t) {
+      store.write_chunk("a/x", TileId(t), chunk(t, 1000));
+    }
+    store.complete_stage("a");
+    expect_chunk(store, "a/x", 3, 3, 1000);
+    EXPECT_TRUE(store.is_complete("a"));
+    EXPECT_EQ(store.cached_bytes(), 10000U);
+    EXPECT_EQ(store.bytes_written(), 0U);
+  }
+  EXPECT_FALSE(fs::exists(base_ / "work"));
+}
+
+TEST_F(Hdf5StoreTest, ATinyCacheGivesTheSameData) {
+  {
+    Hdf5Store store(options(5000, false));
+    std::mt19937 random(1);
+    std::vector<std::pair<std::uint32_t, std::size_t>> last(40);  // seed and size per chunk
+    for (std::uint32_t round = 0; round < 600; ++round) {
+      const std::uint32_t tile = random() % 20;
+      const std::uint32_t field = random() % 2;
+      const std::size_t size = random() % 1500;
+      store.write_chunk(field == 0 ? "a/x" : "b/y/z", TileId(tile), chunk(round + 1, size));
+      last[20 * field + tile] = {round + 1, size};
+      const std::uint32_t other = random() % 40;
+      if (last[other].first != 0) {
+        expect_chunk(store, other < 20 ? "a/x" : "b/y/z", other % 20, last[other].first,
+                     last[other].second);
+      }
+      EXPECT_LE(store.cached_bytes(), 5000U);
+      if (round == 300) {
+        store.erase("a/x");
+        EXPECT_FALSE(store.has_chunk("a/x", TileId(0)));
+        EXPECT_THROW(store.read_chunk("a/x", TileId(0)), InternalError);
+        std::fill(last.begin(), last.begin() + 20, std::pair<std::uint32_t, std::size_t>());
+      }
+    }
+    EXPECT_GT(store.bytes_read(), 0U);
+    EXPECT_GT(store.bytes_written(), 0U);
+    EXPECT_TRUE(fs::exists(file("a.h5.partial")));
+  }
+  EXPECT_FALSE(fs::exists(base_ / "work"));
+}
+
+TEST_F(Hdf5StoreTest, ThreadsSeeWhatTheyWrote) {
+  Hdf5Store store(options(20000, false));
+  std::atomic<int> wrong = 0;
+  std::vector<std::thread> threads;
+  for (std::uint32_t n = 0; n < 4; ++n) {
+    threads.emplace_back([&, n] {
+      const std::string mine = "a/field" + std::to_string(n);
+      for (std::uint32_t round = 0; round < 10; ++round) {
+        for (std::uint32_t t = 0; t < 30; ++t) {
+          store.write_chunk(mine, TileId(t), chunk(1000 * round + t, 700 + 10 * round));
+        }
+        for (std::uint32_t t = 0; t < 30; ++t) {
+          wrong += *store.read_chunk(mine, TileId(t)) != *chunk(1000 * round + t, 700 + 10 * round)
+                       ? 1
+                       : 0;
+        }
+        if (round % 4 == 3) {
+          store.erase(mine);
+        }
+      }
+    });
+  }
+  for (std::thread& t : threads) {
+    t.join();
+  }
+  EXPECT_EQ(wrong, 0);
+}
+
+TEST_F(Hdf5StoreTest, ReadersShareOneField) {
+  Hdf5Store store(options(3000, false));
+  for (std::uint32_t t = 0; t < 50; ++t) {
+    store.write_chunk("a/x", TileId(t), chunk(t, 500));
+  }
+  std::atomic<int> wrong = 0;
+  std::vector<std::thread> threads;
+  for (std::uint32_t n = 0; n < 4; ++n) {
+    threads.emplace_back([&, n] {
+      for (std::uint32_t k = 0; k < 200; ++k) {
+        const std::uint32_t t = (k * (n + 1)) % 50;
+        wrong += *store.read_chunk("a/x", TileId(t)) != *chunk(t, 500) ? 1 : 0;
+      }
+    });
+  }
+  for (std::thread& t : threads) {
+    t.join();
+  }
+  EXPECT_EQ(wrong, 0);
+}
+
+TEST_F(Hdf5StoreTest, KeptStagesComeBack) {
+  for (const std::uint64_t cache : {std::uint64_t{1000}, std::uint64_t{1} << 20}) {
+    {
+      Hdf5Store store(options(cache, true));
+      for (std::uint32_t t = 0; t < 20; ++t) {
+        store.write_chunk("mesh/x", TileId(t), chunk(t, 300 + t));
+        store.write_chunk("mesh/deep/y", TileId(t), chunk(100 + t, t % 3));
+        store.write_chunk("later/z", TileId(t), chunk(200 + t, 300));
+      }
+      store.write_chunk("mesh/x", kBoardTile, chunk(77, 40));
+      store.set_attribute("mesh", "options", "{\"tile_size\": 8192}");
+      store.complete_stage("mesh");
+      EXPECT_TRUE(fs::exists(file("mesh.h5")));
+      EXPECT_FALSE(fs::exists(file("mesh.h5.partial")));
+      expect_chunk(store, "mesh/x", 5, 5, 305);
+    }
+    EXPECT_FALSE(fs::exists(file("later.h5")));
+    EXPECT_FALSE(fs::exists(file("later.h5.partial")));
+    {
+      Hdf5Store store(options(cache, true));
+      EXPECT_TRUE(store.is_complete("mesh"));
+      EXPECT_FALSE(store.is_complete("later"));
+      EXPECT_FALSE(store.has_chunk("later/z", TileId(0)));
+      EXPECT_EQ(store.attribute("mesh", "options"), "{\"tile_size\": 8192}");
+      EXPECT_EQ(store.attribute("mesh", "nothing"), std::nullopt);
+      for (std::uint32_t t = 0; t < 20; ++t) {
+        expect_chunk(store, "mesh/x", t, t, 300 + t);
+        expect_chunk(store, "mesh/deep/y", t, 100 + t, t % 3);
+      }
+      expect_chunk(store, "mesh/x", kBoardTile.value, 77, 40);
+      const auto stages = store.list();
+      ASSERT_EQ(stages.size(), 1U);
+      EXPECT_EQ(stages[0].name, "mesh");
+      EXPECT_TRUE(stages[0].complete);
+      EXPECT_GT(stages[0].file_bytes, 6000U);
+      ASSERT_EQ(stages[0].fields.size(), 2U);
+      EXPECT_EQ(stages[0].fields[0].name, "mesh/deep/y");
+      EXPECT_EQ(stages[0].fields[1].chunks, 21U);
+      EXPECT_EQ(stages[0].fields[1].bytes, 20 * 300U + 190 + 40);
+    }
+    fs::remove_all(base_ / "work");
+  }
+}
+
+TEST_F(Hdf5StoreTest, ACompleteStageCanBeWrittenAgain) {
+  {
+    Hdf5Store store(options(1 << 20, true));
+    store.write_chunk("a/x", TileId(0), chunk(1, 100));
+    store.write_chunk("a/x", TileId(1), chunk(2, 100));
+    store.complete_stage("a");
+  }
+  {
+    Hdf5Store store(options(1 << 20, true));
+    store.write_chunk("a/x", TileId(1), chunk(3, 200));
+    store.write_chunk("a/new", TileId(0), chunk(4, 10));
+    EXPECT_FALSE(store.is_complete("a"));
+    store.set_attribute("a", "k", "v");
+    store.complete_stage("a");
+  }
+  Hdf5Store store(options(1 << 20, true));
+  expect_chunk(store, "a/x", 0, 1, 100);
+  expect_chunk(store, "a/x", 1, 3, 200);
+  expect_chunk(store, "a/new", 0, 4, 10);
+  EXPECT_EQ(store.attribute("a", "k"), "v");
+  store.discard_stage("a");
+  EXPECT_FALSE(store.is_complete("a"));
+  EXPECT_FALSE(store.has_chunk("a/x", TileId(0)));
+  EXPECT_FALSE(fs::exists(file("a.h5")));
+}
+
+TEST_F(Hdf5StoreTest, WorkThatSucceededNeedNotStay) {
+  {
+    Hdf5Store store(options(100, true));
+    store.write_chunk("a/x", TileId(0), chunk(1, 1000));
+    store.complete_stage("a");
+    EXPECT_TRUE(fs::exists(file("a.h5")));
+    store.set_keep(false);
+  }
+  EXPECT_FALSE(fs::exists(base_ / "work"));
+}
+
+TEST_F(Hdf5StoreTest, LeftoversOfAKilledRunGoAndLookingChangesNothing) {
+  fs::create_directories(base_ / "work");
+  std::ofstream(file("a.h5.partial")) << "half a file";
+  std::ofstream(file("notes.txt")) << "mine";
+  {
+    Hdf5StoreOptions look = options(100, true);
+    look.read_only = true;
+    const Hdf5Store store(look);
+    EXPECT_TRUE(store.list().empty());
+  }
+  EXPECT_TRUE(fs::exists(file("a.h5.partial")));
+  { const Hdf5Store store(options(100, false)); }
+  EXPECT_FALSE(fs::exists(file("a.h5.partial")));
+  EXPECT_TRUE(fs::exists(file("notes.txt")));
+}
+
+TEST_F(Hdf5StoreTest, EqualWorkGivesEqualFiles) {
+  std::vector<std::string> files;
+  for (int run = 0; run < 2; ++run) {
+    {
+      Hdf5Store store(options(1 << 20, true));
+      for (std::uint32_t k = 0; k < 20; ++k) {
+        const std::uint32_t t = run == 0 ? k : 19 - k;
+        store.write_chunk("a/x", TileId(t), chunk(t, 400));
+        store.write_chunk("a/y", TileId(t), chunk(t, 30));
+      }
+      store.complete_stage("a");
+    }
+    std::ifstream in(file("a.h5"), std::ios::binary);
+    files.emplace_back(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
+    fs::remove_all(base_ / "work");
+  }
+  EXPECT_EQ(files[0], files[1]);
+}
+
+TEST_F(Hdf5StoreTest, DamageIsNoticedAndNamed) {
+  constexpr std::uint32_t kChunks = 6;
+  constexpr std::size_t kBytes = 700;
+  {
+    Hdf5Store store(options(1 << 20, true));
+    for (std::uint32_t t = 0; t < kChunks; ++t) {
+      store.write_chunk("a/x", TileId(t), chunk(t, kBytes));
+    }
+    store.set_attribute("a", "k", "value");
+    store.complete_stage("a");
+  }
+  const auto size = static_cast<std::int64_t>(fs::file_size(file("a.h5")));
+  int noticed = 0;
+  const auto try_with_byte = [&](std::int64_t at) {
+    std::fstream f(file("a.h5"), std::ios::binary | std::ios::in | std::ios::out);
+    f.seekg(at);
+    const char old = static_cast<char>(f.get());
+    const auto put = [&](char c) {
+      f.seekp(at);
+      f.put(c);
+      f.flush();
+    };
+    put(static_cast<char>(old ^ 0x10));
+    try {
+      Hdf5Store store(options(1 << 20, true));
+      if (store.has_chunk("a/x", TileId(0))) {
+        for (std::uint32_t t = 0; t < kChunks; ++t) {
+          expect_chunk(store, "a/x", t, t, kBytes);  // damage where nothing is stored is none
+        }
+      }
+    } catch (const InputError& e) {
+      EXPECT_NE(std::string(e.what()).find("a.h5"), std::string::npos);
+      ++noticed;
+    }
+    put(old);
+  };
+  for (std::int64_t at = 0; at < size; at += at < 4096 ? 13 : 4001) {
+    try_with_byte(at);
+  }
+  // Every byte of the data counts: find where a chunk lies.
+  std::ifstream in(file("a.h5"), std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  const ChunkBytes third = chunk(3, kBytes);
+  const auto where =
+      bytes.find(std::string(reinterpret_cast<const char*>(third->data()), third->size()));
+  ASSERT_NE(where, std::string::npos);
+  noticed = 0;
+  for (std::size_t k = 0; k < kBytes; k += 9) {
+    try_with_byte(static_cast<std::int64_t>(where + k));
+  }
+  EXPECT_EQ(noticed, static_cast<int>((kBytes + 8) / 9));
+  // A file cut short.
+  fs::resize_file(file("a.h5"), static_cast<std::uintmax_t>(size / 2));
+  EXPECT_THROW(
+      {
+        Hdf5Store store(options(1 << 20, true));
+        for (std::uint32_t t = 0; t < kChunks; ++t) {
+          store.read_chunk("a/x", TileId(t));
+        }
+      },
+      InputError);
+  std::ofstream(file("a.h5")) << "no HDF5";
+  EXPECT_THROW(Hdf5Store(options(100, true)), InputError);
+}
+
+TEST_F(Hdf5StoreTest, AFullDiskIsAResourceError) {
+  const auto fill_disk = [this] {
+    std::signal(SIGXFSZ, SIG_IGN);
+    rlimit small{};
+    small.rlim_cur = small.rlim_max = 400000;
+    ::setrlimit(RLIMIT_FSIZE, &small);
+    int code = 1;
+    try {
+      Hdf5Store store(options(10000, false));
+      for (std::uint32_t t = 0; t < 100; ++t) {
+        store.write_chunk("a/x", TileId(t), chunk(t, 9000));
+      }
+    } catch (const ResourceError& e) {
+      const std::string text = e.what();
+      const bool names_both = text.find("a.h5.partial") != std::string::npos &&
+                              text.find("disk is full") != std::string::npos;
+      code = names_both ? 42 : 2;
+    }
+    std::_Exit(code);
+  };
+  EXPECT_EXIT(fill_disk(), ::testing::ExitedWithCode(42), "");
+}
+
+TEST_F(Hdf5StoreTest, AnUnusableDirectoryIsAResourceError) {
+  std::ofstream(base_ / "work") << "a file in the way";
+  Hdf5Store store(options(10, false));
+  EXPECT_THROW(store.write_chunk("a/x", TileId(0), chunk(0, 100)), ResourceError);
+}
+
+TEST_F(Hdf5StoreTest, IngestThroughATinyCacheAgreesWithMemory) {
+  const auto run = [](Store& store, std::uint64_t memory) {
+    Ingest in(store, {.tile_size = 64, .memory_bytes = memory, .spool_block_bytes = 4000});
+    std::vector<Vec3d> positions;
+    std::vector<std::array<std::uint64_t, 3>> triangles;
+    constexpr std::uint64_t kSide = 40;
+    for (std::uint64_t i = 0; i < kSide * kSide; ++i) {
+      positions.emplace_back(i % kSide, i / kSide, 0.1 * (i % 7));
+    }
+    for (std::uint64_t i = 0; i + kSide < positions.size(); ++i) {
+      if (i % kSide + 1 < kSide) {
+        triangles.push_back({i, i + 1, i + kSide});
+        triangles.push_back({i + 1, i + kSide + 1, i + kSide});
+      }
+    }
+    in.add_vertices(positions);
+    in.add_triangles(triangles);
+    TaskGraph graph;
+    return in.finish(graph);
+  };
+  MemoryStore memory;
+  const ScanMesh expected = run(memory, 1 << 20);
+  Hdf5Store disk(options(3000, false));
+  const ScanMesh actual = run(disk, 5000);
+  EXPECT_GT(disk.bytes_written(), 50000U);
+  ASSERT_EQ(actual.layout.tile_count(), expected.layout.tile_count());
+  EXPECT_EQ(actual.area, expected.area);
+  for (std::uint32_t t = 0; t < expected.layout.tile_count(); ++t) {
+    for (const std::string_view field :
+         {fields::kPosition.name, fields::kTriangle.name, fields::kVertexFlag.name,
+          fields::kMeshHalo.halo_ids.name, fields::kMeshHalo.halo_slots.name,
+          fields::kMeshHalo.border.name}) {
+      EXPECT_EQ(*disk.read_chunk(field, TileId(t)), *memory.read_chunk(field, TileId(t))) << field;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace rattan
