@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <optional>
 
 #include <fmt/format.h>
@@ -146,24 +147,31 @@ class RemeshJob {
 
   // The face count follows from the density of lines up to what singularities, boundaries and small
   // components take away, so one solve usually lands within the promise. If not, the density is
-  // corrected by what came out.
+  // corrected by what came out. The fields of a try replace those of the one before, so where an
+  // earlier one was the best, it is made again: report and preview then show the mesh that is
+  // written.
   void extract_to_size() {
     constexpr int kTries = 3;
     constexpr double kGoodEnough = 0.08;
+    const auto miss = [this] {
+      return std::abs(std::log(static_cast<double>(remesh_.face_count()) / target_.faces));
+    };
     double side = target_.quad_side * kFirstGuess;
-    double best_miss = 0.0;
+    double best_side = side;
+    double best_miss = std::numeric_limits<double>::infinity();
     for (int attempt = 0; attempt < kTries; ++attempt) {
-      PolygonMesh candidate = quads_at(side);
-      const auto faces = static_cast<double>(candidate.face_count());
-      const double miss = std::abs(std::log(faces / target_.faces));
-      if (attempt == 0 || miss < best_miss) {
-        best_miss = miss;
-        remesh_ = std::move(candidate);
+      remesh_ = quads_at(side);
+      if (miss() < best_miss) {
+        best_miss = miss();
+        best_side = side;
       }
-      if (miss < kGoodEnough) {
+      if (best_miss < kGoodEnough || attempt + 1 == kTries) {
         break;
       }
-      side *= std::sqrt(faces / target_.faces);
+      side *= std::sqrt(static_cast<double>(remesh_.face_count()) / target_.faces);
+    }
+    if (best_side != side) {
+      remesh_ = quads_at(best_side);
     }
   }
 
