@@ -16,6 +16,11 @@ class ScanSink {
   virtual ~ScanSink() = default;
   /// File units, full double precision; may be non-finite.
   virtual void add_vertices(std::span<const Vec3d> positions) = 0;
+  /// Red, green, blue, alpha (255 where the file has none) of the vertices of the add_vertices call
+  /// just before, as many. For every block of vertices or, where the file has no colours, for none.
+  virtual void add_colours(std::span<const std::array<std::uint8_t, 4>> colours) {
+    static_cast<void>(colours);
+  }
   virtual void add_triangles(std::span<const std::array<std::uint64_t, 3>> triangles) = 0;
 };
 
