@@ -10,6 +10,9 @@
 
 namespace rattan {
 
+/// Red, green, blue, alpha of a vertex.
+using Rgba = std::array<std::uint8_t, 4>;
+
 /// Receives a scan as it streams from a file. Vertices are numbered from 0 in the order they come;
 /// faces may refer to vertices that come later and may come in any interleaving.
 class ScanSink {
@@ -19,9 +22,7 @@ class ScanSink {
   virtual void add_vertices(std::span<const Vec3d> positions) = 0;
   /// Red, green, blue, alpha (255 where the file has none) of the vertices of the add_vertices call
   /// just before, as many. For every block of vertices or, where the file has no colours, for none.
-  virtual void add_colours(std::span<const std::array<std::uint8_t, 4>> colours) {
-    static_cast<void>(colours);
-  }
+  virtual void add_colours(std::span<const Rgba> colours) { static_cast<void>(colours); }
   virtual void add_triangles(std::span<const std::array<std::uint64_t, 3>> triangles) = 0;
   /// Faces of more than three corners: how many each has, and the corners of one after another.
   /// Each begins at its lowest corner and never repeats a corner at once; it may repeat one later.
