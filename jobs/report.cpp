@@ -60,6 +60,7 @@ nlohmann::ordered_json to_json(const RemeshReport& r) {
                  {"faces", o.faces},
                  {"quads", o.quads},
                  {"triangles", o.triangles},
+                 {"interior_vertices", o.interior_vertices},
                  {"irregular_vertices", o.irregular_vertices},
                  {"components", o.components},
                  {"boundary_loops", o.boundary_loops},
@@ -71,10 +72,13 @@ nlohmann::ordered_json to_json(const RemeshReport& r) {
   j["singularities"] = {{"vertices", r.singularities.vertices},
                         {"edges", r.singularities.edges},
                         {"triangles", r.singularities.triangles}};
-  j["distance"] = {{"to_input_max", r.distance.to_input_max},
-                   {"to_input_rms", r.distance.to_input_rms},
-                   {"from_input_max", r.distance.from_input_max},
-                   {"from_input_rms", r.distance.from_input_rms},
+  j["distance"] = {{"to_input_max", r.distance.to_input.max},
+                   {"to_input_rms", r.distance.to_input.rms},
+                   {"to_input_mean", r.distance.to_input.mean},
+                   {"from_input_max", r.distance.from_input.max},
+                   {"from_input_rms", r.distance.from_input.rms},
+                   {"from_input_mean", r.distance.from_input.mean},
+                   {"from_input_p99", r.distance.from_input.p99},
                    {"diagonal", r.distance.diagonal}};
   j["stages"] = Json::array();
   for (const StageRecord& s : r.stages) {
