@@ -170,9 +170,9 @@ CompareReport compare_surfaces(const CompareOptions& options, ProgressSink& prog
   const ScanMesh scan = ingest_scan(options, memory, store, tasks);
   report.scan = scan.topology;
   report.repaired = scan.repaired;
-  report.scan_area = scan.area;
+  report.scan_area = scan.area * scan.unit * scan.unit;
   for (Vec3d& p : loaded.mesh.positions) {
-    p += loaded.origin - scan.origin;
+    p = (p + (loaded.origin - scan.origin)) / scan.unit;
   }
   // About 50 bytes a triangle; a quarter of the memory holds these many tiles.
   const std::uint64_t tile_bytes =
