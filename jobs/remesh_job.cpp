@@ -86,7 +86,7 @@ class RemeshJob {
       clock_.run("preview", [&] {
         write_preview({.store = store_,
                        .scan = mesh_,
-                       .remesh = remesh_,
+                       .remesh = &remesh_,
                        .omega = omega_,
                        .density = options_.density},
                       options_.preview);

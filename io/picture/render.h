@@ -32,7 +32,7 @@ std::size_t render_bytes(const RenderOptions& options, std::size_t looks);
 /// scenes are kept in between. Memory: render_bytes(), about 150
 /// bytes a triangle of the largest part, and the kept scenes.
 ///
-/// `dots` go on every picture but plain ones.
+/// `dots` go on every picture but plain ones and those of the field before it was smoothed.
 std::vector<Image> render(const SurfaceSource& surface, const Camera& camera,
                           std::span<const Look> looks, std::span<const Dot> dots,
                           const RenderOptions& options);
