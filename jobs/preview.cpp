@@ -144,8 +144,8 @@ class TilePart {
 
 }  // namespace
 
-void write_preview(const PreviewInput& input, const std::string& path, const RenderOptions& options,
-                   const Camera::View* view) {
+void write_preview(const PreviewInput& input, const std::string& path,
+                   const RenderOptions& options) {
   const bool field = input.store.has_chunk(fields::kFrame.name, TileId(0)) &&
                      input.store.has_chunk(fields::kCurvature.name, TileId(0));
   const bool lines =
@@ -173,7 +173,7 @@ void write_preview(const PreviewInput& input, const std::string& path, const Ren
   panels.lines_label = "iso-lines and singularities";
   RenderOptions how = options;
   how.line_period = 2.0 * exact::kPi / input.density;
-  write_png(render_panels(panels, how, view), path);
+  write_png(render_panels(panels, how), path);
 }
 
 }  // namespace rattan

@@ -7,7 +7,6 @@
 #include "engine/core/task_graph.h"
 #include "engine/mesh/tile_mesh.h"
 #include "engine/remesh/polygon_mesh.h"
-#include "io/picture/camera.h"
 #include "io/picture/render.h"
 
 namespace rattan {
@@ -24,9 +23,9 @@ struct PreviewInput {
 
 /// Writes a PNG of the panels of PGP Figure 1 that there are data for: scan, directions of
 /// curvature, field, iso-lines with singularities, remesh and a close-up of it. The size in
-/// `options` is that of one panel at most. Works through the scan tile by tile. `view` null: the
-/// default view. Throws InputError or ResourceError when it can't be written.
+/// `options` is that of one panel at most. Works through the scan tile by tile. Throws InputError
+/// or ResourceError when it can't be written.
 void write_preview(const PreviewInput& input, const std::string& path,
-                   const RenderOptions& options = {}, const Camera::View* view = nullptr);
+                   const RenderOptions& options = {});
 
 }  // namespace rattan

@@ -13,6 +13,7 @@
 
 #include "engine/layout/arrangement.h"
 #include "engine/mesh/ingest.h"
+#include "engine/mesh/scan_record.h"
 #include "engine/param/parameterize.h"
 #include "engine/remesh/distance.h"
 #include "engine/remesh/optimise.h"
@@ -27,6 +28,7 @@
 #include "jobs/stage_clock.h"
 #include "jobs/target_size.h"
 #include "jobs/version.h"
+#include "jobs/work_record.h"
 
 namespace rattan {
 
@@ -92,6 +94,9 @@ class RemeshJob {
                       options_.preview);
       });
     }
+    if (options_.keep_work) {
+      save_work(store_, remesh_, omega_, options_.density);
+    }
     finish_report(start);
     return std::move(report_);
   }
@@ -124,6 +129,7 @@ class RemeshJob {
     info.want_sha256 = true;
     read_scan(options_.scan, ingest, &info);
     mesh_ = ingest.finish(tasks_);
+    save_scan_mesh(store_, mesh_);
     store_.complete_stage("mesh");
     report_.input.sha256 = info.sha256;
     if (mesh_.repaired.non_manifold_edges + mesh_.repaired.split_vertices > 0) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -64,6 +65,23 @@ class Camera {
   double diagonal_ = 1.0;
   float low_x_ = 0.0F, high_x_ = 0.0F, low_y_ = 0.0F, high_y_ = 0.0F;  // of x / z and y / z
   float scale_ = 1.0F, cx_ = 0.0F, cy_ = 0.0F;
+};
+
+/// What the user wants otherwise than the default view has it; radians.
+struct ViewWish {
+  std::optional<int> up_axis;
+  std::optional<double> azimuth;
+  std::optional<double> elevation;
+
+  Camera::View applied_to(Camera::View view) const {
+    if (up_axis) {
+      view = Camera::View{};
+      view.up_axis = *up_axis;
+    }
+    view.azimuth = azimuth.value_or(view.azimuth);
+    view.elevation = elevation.value_or(view.elevation);
+    return view;
+  }
 };
 
 /// Guesses what is up, from a pass over the surface: what stands has a flat base.

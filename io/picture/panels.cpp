@@ -127,7 +127,7 @@ Image render_panels(const PanelInput& input, const RenderOptions& most, const Ca
     } else {
       up.add(remesh->mesh().positions, remesh->mesh().triangles);
     }
-    from = guessed_view(up, input.low, input.high);
+    from = options.view.applied_to(guessed_view(up, input.low, input.high));
   }
   Camera camera(input.low, input.high, from);
   if (shape) {
@@ -195,7 +195,9 @@ Image render_polygons(const PolygonMesh& mesh, const RenderOptions& options,
   const PolygonScene scene(mesh, -middle);
   UpAxisGuess up(low - middle, high - middle);
   up.add(scene.mesh().positions, scene.mesh().triangles);
-  const Camera::View from = view != nullptr ? *view : guessed_view(up, low - middle, high - middle);
+  const Camera::View from =
+      view != nullptr ? *view
+                      : options.view.applied_to(guessed_view(up, low - middle, high - middle));
   Camera camera(low - middle, high - middle, from);
   camera.include(scene.mesh().positions);
   camera.fit(options.width, options.height, kMargin);

@@ -18,6 +18,7 @@ struct RenderOptions {
   double line_period = 3.14159265358979323846;
   float line_width = 1.3F;     ///< pixels
   float field_spacing = 7.0F;  ///< pixels between neighbouring lines of the field
+  ViewWish view;               ///< changes to the default view
   std::size_t resident_triangles = 2'000'000;
   Rgb surface{216, 211, 202};
   Rgb background{255, 255, 255};
