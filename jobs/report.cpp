@@ -15,14 +15,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json repaired_json(const RepairCounts& r) {
-  return {{"degenerate_triangles", r.degenerate_triangles},
-          {"duplicate_triangles", r.duplicate_triangles},
-          {"non_manifold_edges", r.non_manifold_edges},
-          {"split_vertices", r.split_vertices},
-          {"isolated_vertices", r.isolated_vertices},
-          {"flipped_triangles", r.flipped_triangles},
-          {"merged_vertices", r.merged_vertices},
-          {"non_finite_vertices", r.non_finite_vertices}};
+  Json j;
+  for_each_count(r, [&](const char* name, std::uint64_t count) { j[name] = count; });
+  return j;
 }
 
 Json options_json(const RemeshOptions& o) {
