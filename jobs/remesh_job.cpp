@@ -11,6 +11,7 @@
 
 #include "engine/layout/arrangement.h"
 #include "engine/mesh/ingest.h"
+#include "engine/mesh/scan_record.h"
 #include "engine/param/parameterize.h"
 #include "engine/remesh/distance.h"
 #include "engine/remesh/optimise.h"
@@ -28,6 +29,7 @@
 #include "jobs/stage_clock.h"
 #include "jobs/target_size.h"
 #include "jobs/version.h"
+#include "jobs/work_record.h"
 
 namespace rattan {
 
@@ -87,11 +89,14 @@ class RemeshJob {
       clock_.run("preview", [&] {
         write_preview({.store = store_,
                        .scan = mesh_,
-                       .remesh = remesh_,
+                       .remesh = &remesh_,
                        .omega = omega_,
                        .density = options_.density},
                       options_.preview);
       });
+    }
+    if (options_.keep_work) {
+      save_work(store_, remesh_, omega_, options_.density);
     }
     finish_report(start);
     return std::move(report_);
@@ -128,6 +133,7 @@ class RemeshJob {
     info.want_sha256 = true;
     read_scan(options_.scan, ingest, &info);
     mesh_ = ingest.finish(tasks_);
+    save_scan_mesh(store_, mesh_);
     store_.complete_stage("mesh");
     report_.input.sha256 = info.sha256;
     warn_of_repairs(options_.scan, mesh_.repaired, progress_);
