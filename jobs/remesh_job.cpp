@@ -54,7 +54,7 @@ class RecordingProgress final : public ProgressSink {
 class RemeshJob {
  public:
   RemeshJob(const RemeshOptions& options, ProgressSink& progress)
-      : options_(options),
+      : options_(options.resolved()),
         progress_(progress, report_.warnings),
         threads_(options.threads > 0 ? options.threads
                                      : oneapi::tbb::this_task_arena::max_concurrency()),
@@ -136,7 +136,9 @@ class RemeshJob {
 
   void compute_fields() {
     FieldOptions options;
-    options.quad_side = target_.quad_side;
+    // For pure quads the field is as smooth as the lines of the parameterization are far apart,
+    // since each of its singularities costs.
+    options.quad_side = target_.quad_side * (options_.pure_quads ? 0.5 * options_.density : 1.0);
     options.energy = options_.energy == Energy::kEdge ? EdgeEnergy::kEdge : EdgeEnergy::kTriangle;
     options.symmetry = static_cast<Symmetry>(options_.symmetry);
     options.smoothing = options_.smoothing;
@@ -190,14 +192,17 @@ class RemeshJob {
     });
     return clock_.run("quadrangulate", [&] {
       QuadrangulateReport report;
-      return quadrangulate(std::move(cells), {.side = side}, report);
+      return quadrangulate(std::move(cells), {.side = side, .pure_quads = options_.pure_quads},
+                           report);
     });
   }
 
   void optimise_positions() {
     projector_.emplace(store_, mesh_, ProjectorOptions{}, tasks_);
     optimise(remesh_, store_, mesh_, *projector_, OptimiseOptions{}, tasks_);
-    split_bad_quads(remesh_);
+    if (!options_.pure_quads) {
+      split_bad_quads(remesh_);
+    }
     const DistanceReport d =
         measure_distances(remesh_, store_, mesh_, *projector_, {.scan_stride = 1}, tasks_);
     report_.distance = {d.to_input_max, d.to_input_rms, d.from_input_max, d.from_input_rms,
@@ -220,10 +225,20 @@ class RemeshJob {
     report_.output.quads = q.quads;
     report_.output.triangles = q.triangles;
     report_.output.irregular_vertices = q.irregular_vertices;
+    report_.output.bad_quads = q.bad_quads;
     report_.output.mean_scaled_jacobian = q.mean_scaled_jacobian;
     report_.output.min_scaled_jacobian = q.min_scaled_jacobian;
     report_.output.mean_corner_deviation = q.mean_corner_deviation;
     report_.output.edge_length_variation = q.edge_length_variation;
+    if (options_.pure_quads) {
+      ensure(q.triangles == 0, "a mesh of pure quads has no triangles");
+      if (q.bad_quads > 0) {
+        progress_.warning(
+            fmt::format("{}: {} quads are folded or have a flat corner, as the scan's relief there "
+                        "is finer than a quad. More faces, or triangles, avoid that.",
+                        options_.output, q.bad_quads));
+      }
+    }
     report_.output.target_faces = target_.faces;
     report_.output.target_met = meets_target(static_cast<double>(remesh_.face_count()), target_);
     if (!report_.output.target_met) {
@@ -273,7 +288,7 @@ class RemeshJob {
   static constexpr double kFirstGuess = 0.99;
 
   RemeshReport report_;
-  const RemeshOptions& options_;
+  const RemeshOptions options_;
   RecordingProgress progress_;
   int threads_;
   oneapi::tbb::global_control parallelism_;

@@ -21,8 +21,9 @@ struct RemeshOptions {
   SizeKind size_kind = SizeKind::kRatio;
   /// Faces of the remesh; edge length in file units; or faces per triangle of the repaired scan.
   double size = 0.05;
-  /// Iso-lines per period of the parameterization.
-  int density = 2;
+  /// Iso-lines per period of the parameterization; 0 takes 2, or 4 for pure quads: fewer irregular
+  /// vertices, sizes less even.
+  int density = 0;
 
   /// The direction field is smoothed modulo 2 pi / symmetry: 1, 2 or 4.
   int symmetry = 4;
@@ -35,6 +36,9 @@ struct RemeshOptions {
   SolverKind solver = SolverKind::kNested;
   /// Newton-CG steps that finish the nested solve.
   int newton_steps = 0;
+
+  /// Quads only, no triangle.
+  bool pure_quads = false;
 
   /// Bits per coordinate in a .drc; 0 chooses them from the quad size.
   int position_bits = 0;
@@ -51,6 +55,8 @@ struct RemeshOptions {
   std::string report;   ///< empty: none
   std::string preview;  ///< empty: none
 
+  /// With every choice made that is left to Rattan.
+  RemeshOptions resolved() const;
   /// The options that decide the output's bytes, as one line of text (also kept in a .drc).
   std::string canonical() const;
 };

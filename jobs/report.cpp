@@ -36,6 +36,7 @@ Json options_json(const RemeshOptions& o) {
   j["energy"] = o.energy == Energy::kEdge ? "edge" : "triangle";
   j["solver"] = o.solver == SolverKind::kNested ? "nested" : "reference";
   j["newton_steps"] = o.newton_steps;
+  j["pure_quads"] = o.pure_quads;
   j["position_bits"] = o.position_bits;
   j["tile_size"] = o.tile_size;
   return j;
@@ -66,6 +67,7 @@ nlohmann::ordered_json to_json(const RemeshReport& r) {
                  {"quads", o.quads},
                  {"triangles", o.triangles},
                  {"irregular_vertices", o.irregular_vertices},
+                 {"bad_quads", o.bad_quads},
                  {"components", o.components},
                  {"boundary_loops", o.boundary_loops},
                  {"euler", o.euler},

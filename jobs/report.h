@@ -45,6 +45,7 @@ struct RemeshReport {
     std::uint64_t quads = 0;
     std::uint64_t triangles = 0;
     std::uint64_t irregular_vertices = 0;
+    std::uint64_t bad_quads = 0;  ///< scaled Jacobian <= 0; without pure_quads there is none
     std::uint64_t components = 0;
     std::uint64_t boundary_loops = 0;
     std::int64_t euler = 0;

@@ -30,9 +30,10 @@ void add_size_options(CLI::App& command, Arguments& args) {
   size->add_option("--ratio", args.ratio, "faces per triangle of the repaired scan")
       ->check(CLI::Range(1e-9, 10.0));
   size->require_option(0, 1);
-  command.add_option("--density", args.options.density, "iso-lines per period, 1 to 16")
-      ->check(CLI::Range(1, 16))
-      ->capture_default_str();
+  command
+      .add_option("--density", args.options.density,
+                  "iso-lines per period, 1 to 16; default 2, or 4 with --pure-quads")
+      ->check(CLI::Range(1, 16));
 }
 
 void add_method_options(CLI::App& command, Arguments& args) {
@@ -61,6 +62,7 @@ void add_method_options(CLI::App& command, Arguments& args) {
 
 void add_run_options(CLI::App& command, Arguments& args) {
   RemeshOptions& o = args.options;
+  command.add_flag("--pure-quads", o.pure_quads, "only quads, no triangle");
   command
       .add_option("--position-bits", o.position_bits, "bits per coordinate in a .drc, 0 for auto")
       ->check(CLI::Range(0, 30))
