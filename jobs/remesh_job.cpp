@@ -138,7 +138,7 @@ class RemeshJob {
     FieldOptions options;
     // For pure quads the field is as smooth as the lines of the parameterization are far apart,
     // since each of its singularities costs.
-    options.quad_side = target_.quad_side * (options_.pure_quads ? 0.5 * options_.density : 1.0);
+    options.quad_side = target_.quad_side * (options_.pure_quads ? 0.75 * options_.density : 1.0);
     options.energy = options_.energy == Energy::kEdge ? EdgeEnergy::kEdge : EdgeEnergy::kTriangle;
     options.symmetry = static_cast<Symmetry>(options_.symmetry);
     options.smoothing = options_.smoothing;

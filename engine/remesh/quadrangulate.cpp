@@ -8,6 +8,7 @@
 #include "engine/core/errors.h"
 #include "engine/layout/disjoint_sets.h"
 #include "engine/remesh/cell_map.h"
+#include "engine/remesh/collapse_quads.h"
 #include "engine/remesh/edge_sort.h"
 #include "engine/remesh/join_triangles.h"
 #include "engine/remesh/pair_triangles.h"
@@ -117,7 +118,9 @@ PolygonMesh quadrangulate(CellComplex&& cells, const QuadrangulateOptions& optio
   report.triangle_pairs = paired.pairs;
   report.border_triangles = paired.at_border;
   if (options.pure_quads) {
+    report.collapsed = collapse_irregular(map);
     report.joined = join_triangles(map);
+    report.collapsed += collapse_irregular(map);
   }
   const RepairReport repaired = repair(map);
   report.doublets = repaired.doublets;

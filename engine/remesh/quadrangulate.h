@@ -21,8 +21,8 @@ struct QuadrangulateOptions {
   /// Strips of at most so many quads between two triangles, or between a triangle and the boundary,
   /// are re-split.
   std::uint32_t pair_between = 4;
-  /// The last triangles are joined by new lines (join_triangles.h); a component where that cannot be
-  /// done, of a few faces at most, is subdivided instead.
+  /// The last triangles are joined by new lines (join_triangles.h); a component where that cannot
+  /// be done, of a few faces at most, is subdivided instead.
   bool pure_quads = false;
 };
 
@@ -34,6 +34,7 @@ struct QuadrangulateReport {
   std::uint64_t triangle_pairs = 0;    ///< pairs of triangles removed along strips
   std::uint64_t border_triangles = 0;  ///< triangles removed along strips to the boundary
   std::uint64_t doublets = 0;          ///< vertices of valence two removed
+  std::uint64_t collapsed = 0;         ///< quads taken out for the sake of valences
   JoinReport joined;                   ///< for pure quads
   std::uint64_t subdivided = 0;        ///< faces of components subdivided for pure quads
 };
