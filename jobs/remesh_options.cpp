@@ -13,7 +13,7 @@ RemeshOptions RemeshOptions::resolved() const {
   return o;
 }
 
-std::string RemeshOptions::canonical() const {
+std::string RemeshOptions::canonical(double size) const {
   const char* size_names[] = {"faces", "edge-length", "ratio"};
   std::string text = fmt::format(
       "{}={} density={} symmetry={} smoothing={} curl-correction={} energy={} solver={} "

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace rattan {
 
@@ -16,11 +17,13 @@ enum class SolverKind { kNested, kReference };
 
 struct RemeshOptions {
   std::string scan;
+  /// With several sizes a template, see output_names.h.
   std::string output;
 
   SizeKind size_kind = SizeKind::kRatio;
   /// Faces of the remesh; edge length in file units; or faces per triangle of the repaired scan.
-  double size = 0.05;
+  /// One remesh for each.
+  std::vector<double> sizes = {0.05};
   /// Iso-lines per period of the parameterization; 0 takes 2, or 4 for pure quads: fewer irregular
   /// vertices, sizes less even.
   int density = 0;
@@ -57,8 +60,9 @@ struct RemeshOptions {
 
   /// With every choice made that is left to Rattan.
   RemeshOptions resolved() const;
-  /// The options that decide the output's bytes, as one line of text (also kept in a .drc).
-  std::string canonical() const;
+  /// The options that decide the bytes of the output of this size, as one line of text (also kept
+  /// in a .drc).
+  std::string canonical(double size) const;
 };
 
 }  // namespace rattan

@@ -2,6 +2,7 @@
 #include "jobs/report.h"
 
 #include <fstream>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -28,7 +29,8 @@ Json repaired_json(const RepairCounts& r) {
 Json options_json(const RemeshOptions& o) {
   Json j;
   const char* size_names[] = {"faces", "edge_length", "ratio"};
-  j[size_names[static_cast<int>(o.size_kind)]] = o.size;
+  j[size_names[static_cast<int>(o.size_kind)]] =
+      o.sizes.size() == 1 ? Json(o.sizes[0]) : Json(o.sizes);
   j["density"] = o.density;
   j["symmetry"] = o.symmetry;
   j["smoothing"] = o.smoothing ? Json(*o.smoothing) : Json("auto");
@@ -42,21 +44,9 @@ Json options_json(const RemeshOptions& o) {
   return j;
 }
 
-}  // namespace
-
-nlohmann::ordered_json to_json(const RemeshReport& r) {
+template <class Output, class Singularities, class Distance>
+Json output_json(const Output& o, const Singularities& s, const Distance& d) {
   Json j;
-  j["rattan"] = {{"version", version()}, {"commit", commit()}};
-  j["input"] = {{"path", r.input.path},
-                {"sha256", r.input.sha256},
-                {"vertices", r.input.topology.vertices},
-                {"triangles", r.input.topology.triangles},
-                {"components", r.input.topology.components},
-                {"boundary_loops", r.input.topology.boundary_loops},
-                {"euler", r.input.topology.euler()},
-                {"repaired", repaired_json(r.input.repaired)}};
-  j["options"] = options_json(r.options);
-  const auto& o = r.output;
   j["output"] = {{"path", o.path},
                  {"bytes", o.bytes},
                  {"origin", {o.origin.x(), o.origin.y(), o.origin.z()}},
@@ -75,14 +65,42 @@ nlohmann::ordered_json to_json(const RemeshReport& r) {
                  {"min_scaled_jacobian", o.min_scaled_jacobian},
                  {"mean_corner_deviation", o.mean_corner_deviation},
                  {"edge_length_variation", o.edge_length_variation}};
-  j["singularities"] = {{"vertices", r.singularities.vertices},
-                        {"edges", r.singularities.edges},
-                        {"triangles", r.singularities.triangles}};
-  j["distance"] = {{"to_input_max", r.distance.to_input_max},
-                   {"to_input_rms", r.distance.to_input_rms},
-                   {"from_input_max", r.distance.from_input_max},
-                   {"from_input_rms", r.distance.from_input_rms},
-                   {"diagonal", r.distance.diagonal}};
+  j["singularities"] = {{"vertices", s.vertices}, {"edges", s.edges}, {"triangles", s.triangles}};
+  j["distance"] = {{"to_input_max", d.to_input_max},
+                   {"to_input_rms", d.to_input_rms},
+                   {"from_input_max", d.from_input_max},
+                   {"from_input_rms", d.from_input_rms},
+                   {"diagonal", d.diagonal}};
+  return j;
+}
+
+}  // namespace
+
+nlohmann::ordered_json to_json(const RemeshReport& r) {
+  Json j;
+  j["rattan"] = {{"version", version()}, {"commit", commit()}};
+  j["input"] = {{"path", r.input.path},
+                {"sha256", r.input.sha256},
+                {"vertices", r.input.topology.vertices},
+                {"triangles", r.input.topology.triangles},
+                {"components", r.input.topology.components},
+                {"boundary_loops", r.input.topology.boundary_loops},
+                {"euler", r.input.topology.euler()},
+                {"repaired", repaired_json(r.input.repaired)}};
+  j["options"] = options_json(r.options);
+  const Json first = output_json(r.output, r.singularities, r.distance);
+  j["output"] = first["output"];
+  j["singularities"] = first["singularities"];
+  j["distance"] = first["distance"];
+  j["outputs"] = Json::array();
+  for (const RemeshReport::Finished& f : r.outputs) {
+    const Json figures = output_json(f.output, f.singularities, f.distance);
+    Json entry = figures["output"];
+    entry["singularities"] = figures["singularities"];
+    entry["distance"] = figures["distance"];
+    entry["shared_with"] = f.shared_with.empty() ? Json() : Json(f.shared_with);
+    j["outputs"].push_back(std::move(entry));
+  }
   j["stages"] = Json::array();
   for (const StageRecord& s : r.stages) {
     j["stages"].push_back({{"name", s.name},

@@ -66,6 +66,15 @@ struct RemeshReport {
     double from_input_rms = 0.0;
     double diagonal = 0.0;
   } distance;
+  /// One a size, as asked for; `output`, `singularities` and `distance` are those of the first.
+  struct Finished {
+    decltype(RemeshReport::output) output;
+    decltype(RemeshReport::singularities) singularities;
+    decltype(RemeshReport::distance) distance;
+    /// The output whose parameterization this one was made from; empty if it has its own.
+    std::string shared_with;
+  };
+  std::vector<Finished> outputs;
   std::vector<StageRecord> stages;
   std::vector<SolveReport> solver;
   std::vector<std::string> warnings;
