@@ -225,10 +225,8 @@ class RemeshJob {
     if (!options_.pure_quads) {
       split_bad_quads(remesh_);
     }
-    const DistanceReport d =
-        measure_distances(remesh_, store_, mesh_, *projector_, {.scan_stride = 1}, tasks_);
-    report_.distance = {d.to_input_max, d.to_input_rms, d.from_input_max, d.from_input_rms,
-                        d.diagonal};
+    report_.distance =
+        measure_distances(remesh_, store_, mesh_, *projector_, DistanceOptions{}, tasks_);
   }
 
   // The promises are checked on the mesh itself before it is written; the writer compares what it
@@ -246,6 +244,7 @@ class RemeshJob {
     const MeshQuality q = measure_quality(remesh_);
     report_.output.quads = q.quads;
     report_.output.triangles = q.triangles;
+    report_.output.interior_vertices = q.interior_vertices;
     report_.output.irregular_vertices = q.irregular_vertices;
     report_.output.bad_quads = q.bad_quads;
     report_.output.mean_scaled_jacobian = q.mean_scaled_jacobian;

@@ -16,14 +16,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json repaired_json(const RepairCounts& r) {
-  return {{"degenerate_triangles", r.degenerate_triangles},
-          {"duplicate_triangles", r.duplicate_triangles},
-          {"non_manifold_edges", r.non_manifold_edges},
-          {"split_vertices", r.split_vertices},
-          {"isolated_vertices", r.isolated_vertices},
-          {"flipped_triangles", r.flipped_triangles},
-          {"merged_vertices", r.merged_vertices},
-          {"non_finite_vertices", r.non_finite_vertices}};
+  Json j;
+  for_each_count(r, [&](const char* name, std::uint64_t count) { j[name] = count; });
+  return j;
 }
 
 Json options_json(const RemeshOptions& o) {
@@ -56,6 +51,7 @@ Json output_json(const Output& o, const Singularities& s, const Distance& d) {
                  {"faces", o.faces},
                  {"quads", o.quads},
                  {"triangles", o.triangles},
+                 {"interior_vertices", o.interior_vertices},
                  {"irregular_vertices", o.irregular_vertices},
                  {"bad_quads", o.bad_quads},
                  {"components", o.components},
@@ -66,11 +62,10 @@ Json output_json(const Output& o, const Singularities& s, const Distance& d) {
                  {"mean_corner_deviation", o.mean_corner_deviation},
                  {"edge_length_variation", o.edge_length_variation}};
   j["singularities"] = {{"vertices", s.vertices}, {"edges", s.edges}, {"triangles", s.triangles}};
-  j["distance"] = {{"to_input_max", d.to_input_max},
-                   {"to_input_rms", d.to_input_rms},
-                   {"from_input_max", d.from_input_max},
-                   {"from_input_rms", d.from_input_rms},
-                   {"diagonal", d.diagonal}};
+  j["distance"] = {{"to_input_max", d.to_input.max},     {"to_input_rms", d.to_input.rms},
+                   {"to_input_mean", d.to_input.mean},   {"from_input_max", d.from_input.max},
+                   {"from_input_rms", d.from_input.rms}, {"from_input_mean", d.from_input.mean},
+                   {"from_input_p99", d.from_input.p99}, {"diagonal", d.diagonal}};
   return j;
 }
 
