@@ -6,20 +6,20 @@
 
 namespace rattan {
 
-TargetSize target_size(const RemeshOptions& options, const ScanMesh& mesh) {
+TargetSize target_size(SizeKind kind, double size, const ScanMesh& mesh) {
   // A scan without area still needs some length to divide by.
   const double least = std::max(mesh.diagonal(), 1e-30);
   const double area = std::max(mesh.area, 1e-12 * least * least);
   TargetSize target;
-  switch (options.size_kind) {
+  switch (kind) {
     case SizeKind::kFaces:
-      target.faces = options.size;
+      target.faces = size;
       break;
     case SizeKind::kRatio:
-      target.faces = options.size * static_cast<double>(mesh.topology.triangles);
+      target.faces = size * static_cast<double>(mesh.topology.triangles);
       break;
     case SizeKind::kEdgeLength:
-      target.faces = area * (mesh.unit / options.size) * (mesh.unit / options.size);
+      target.faces = area * (mesh.unit / size) * (mesh.unit / size);
       break;
   }
   target.faces = std::max(target.faces, 1.0);
