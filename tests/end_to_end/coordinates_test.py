@@ -40,7 +40,7 @@ class Coordinates(unittest.TestCase):
         report = self.folder / "report.json"
         done = subprocess.run([RATTAN, "remesh", scan, "-o", self.folder / output, "--quiet",
                                "--report", report, *options],
-                              capture_output=True, text=True, timeout=120)
+                              capture_output=True, text=True, timeout=300)
         self.assertEqual(done.returncode, 0, done.stderr)
         return json.loads(report.read_text())
 
@@ -60,16 +60,16 @@ class Coordinates(unittest.TestCase):
         cube = ridged_cube()
         odd_meshes.write_ply(near, cube)
         odd_meshes.write_ply(far, odd_meshes.moved(cube, FAR))
-        unmoved = self.remesh(near, "near.ply", "--faces", "4000")
+        unmoved = self.remesh(near, "near.ply", "--faces", "8000")
         expected, _ = self.read("near.ply", None)
-        off = self.distances(expected, cube)
+        off = self.distances(expected[::3], cube)
         most, mean = max(off), sum(off) / len(off)
         self.assertLess(mean, 0.2 * MILLIMETRE)
         self.assertLess(sorted(off)[len(off) * 9 // 10], 0.5 * MILLIMETRE)
         full = {}
         for extension in ("drc", "obj", "ply", "off"):
             with self.subTest(extension=extension):
-                report = self.remesh(far, "far." + extension, "--faces", "4000")
+                report = self.remesh(far, "far." + extension, "--faces", "8000")
                 origin = report["output"]["origin"]
                 if extension == "drc":
                     self.assertTrue(all(abs(o - f) < 10 for o, f in zip(origin[:2], FAR)), origin)
@@ -80,7 +80,8 @@ class Coordinates(unittest.TestCase):
                 self.assertEqual(mesh_checks.violations(faces, len(vertices)), {})
                 # The last bits differ from the unmoved scan's, so vertices may lie elsewhere on the
                 # surface; it is the surface that must be the same.
-                off = self.distances([tuple(x - f for x, f in zip(p, FAR)) for p in vertices], cube)
+                off = self.distances([tuple(x - f for x, f in zip(p, FAR))
+                                      for p in vertices[::3]], cube)
                 self.assertLess(max(off), max(1.5 * most, 0.1 * MILLIMETRE))
                 self.assertLess(sum(off) / len(off), 1.1 * mean + 0.01 * MILLIMETRE)
                 for name in ("from_input_rms", "to_input_rms"):
