@@ -113,7 +113,7 @@ class Render(unittest.TestCase):
         panel, tall = width // 3, height // 2
         for i in range(6):
             part = [r[3 * panel * (i % 3) : 3 * panel * (i % 3 + 1)]
-                    for r in rows[tall * (i // 3) : tall * (i // 3) + 100]]
+                    for r in rows[tall * (i // 3) : tall * (i // 3 + 1) - 29]]
             self.assertLess(0.2, drawn(part), f"panel {i}")
         self.assertEqual({p.name: p.read_bytes() for p in self.work.iterdir()}, before)
         # As far as the work came.
@@ -133,7 +133,7 @@ class Render(unittest.TestCase):
         header = png.read_bytes()[:24]
         width, height = struct.unpack(">II", header[16:24])
         self.assertEqual(width % 3, 0)
-        self.assertGreater(height, 1200)
+        self.assertGreater(height, 640)
 
     def test_errors_are_sentences(self):
         png = self.folder / "error.png"
