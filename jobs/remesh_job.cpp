@@ -122,7 +122,7 @@ class RemeshJob {
     Ingest ingest(store_, options);
     ScanFileInfo info;
     info.want_sha256 = true;
-    read_scan(options_.scan, ingest, &info);
+    read_scan(options_.scan, ingest, &info, {.memory_bytes = memory_ / 2});
     mesh_ = ingest.finish(tasks_);
     store_.complete_stage("mesh");
     report_.input.sha256 = info.sha256;
