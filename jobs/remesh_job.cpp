@@ -137,7 +137,7 @@ class RemeshJob {
     Ingest ingest(store_, options);
     ScanFileInfo info;
     info.want_sha256 = true;
-    read_scan(options_.scan, ingest, &info);
+    read_scan(options_.scan, ingest, &info, {.memory_bytes = memory_ / 2});
     mesh_ = ingest.finish(tasks_);
     save_scan_mesh(store_, mesh_);
     store_.complete_stage("mesh");
