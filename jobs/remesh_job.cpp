@@ -19,6 +19,7 @@
 #include "engine/remesh/quality.h"
 #include "engine/remesh/topology.h"
 #include "io/remesh/remesh_writer.h"
+#include "io/scan/field_reader.h"
 #include "io/scan/scan_reader.h"
 #include "io/store/hdf5_store.h"
 #include "jobs/memory_share.h"
@@ -129,6 +130,11 @@ class RemeshJob {
     ScanFileInfo info;
     info.want_sha256 = true;
     read_scan(options_.scan, ingest, &info);
+    if (!options_.field.empty()) {
+      field_hash_ =
+          read_field(options_.field, ingest.vertex_count(),
+                     [&](std::span<const VertexDirection> d) { ingest.add_directions(d); });
+    }
     mesh_ = ingest.finish(tasks_);
     store_.complete_stage("mesh");
     report_.input.sha256 = info.sha256;
@@ -274,6 +280,9 @@ class RemeshJob {
     RemeshMetadata metadata;
     metadata.version = version();
     metadata.options = options_.canonical(options_.sizes[current_]);
+    if (!field_hash_.empty()) {
+      metadata.options += " field=" + field_hash_;
+    }
     if (owner_ != current_) {
       metadata.options += fmt::format(" lines-of={}", size_text(options_.sizes[*owner_]));
     }
@@ -335,6 +344,7 @@ class RemeshJob {
   StageClock clock_;
 
   ScanMesh mesh_;
+  std::string field_hash_;            ///< of the file of directions; empty: none
   std::size_t current_ = 0;           ///< which size is being made
   std::optional<std::size_t> owner_;  ///< the size whose field and phases the store holds
   TargetSize target_;
