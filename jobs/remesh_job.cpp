@@ -2,8 +2,6 @@
 #include "jobs/remesh_job.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <optional>
 
 #include <fmt/format.h>
@@ -12,12 +10,14 @@
 
 #include "engine/layout/arrangement.h"
 #include "engine/mesh/ingest.h"
+#include "engine/mesh/scan_record.h"
 #include "engine/param/parameterize.h"
 #include "engine/remesh/distance.h"
 #include "engine/remesh/optimise.h"
 #include "engine/remesh/quadrangulate.h"
 #include "engine/remesh/quality.h"
 #include "engine/remesh/topology.h"
+#include "engine/remesh/vertex_colours.h"
 #include "io/remesh/remesh_writer.h"
 #include "io/scan/field_reader.h"
 #include "io/scan/scan_reader.h"
@@ -25,11 +25,14 @@
 #include "jobs/memory_share.h"
 #include "jobs/output_names.h"
 #include "jobs/preview.h"
+#include "jobs/repair_warnings.h"
 #include "jobs/size_list.h"
 #include "jobs/size_plan.h"
+#include "jobs/size_search.h"
 #include "jobs/stage_clock.h"
 #include "jobs/target_size.h"
 #include "jobs/version.h"
+#include "jobs/work_record.h"
 
 namespace rattan {
 
@@ -112,11 +115,14 @@ class RemeshJob {
       clock_.run("preview", [&] {
         write_preview({.store = store_,
                        .scan = mesh_,
-                       .remesh = remesh_,
+                       .remesh = &remesh_,
                        .omega = omega_,
                        .density = density_},
                       previews_[current_]);
       });
+    }
+    if (options_.keep_work) {
+      save_work(store_, remesh_, omega_, density_);
     }
     finish_size();
   }
@@ -126,6 +132,9 @@ class RemeshJob {
     options.tile_size = options_.tile_size;
     options.memory_bytes = memory_ / 4;
     options.input_name = options_.scan;
+    options.merge = options_.merge_vertices ? Merge::kAlways : Merge::kSoup;
+    options.drop_components = options_.drop_components;
+    options.fill_holes = options_.fill_holes;
     Ingest ingest(store_, options);
     ScanFileInfo info;
     info.want_sha256 = true;
@@ -136,14 +145,10 @@ class RemeshJob {
                      [&](std::span<const VertexDirection> d) { ingest.add_directions(d); });
     }
     mesh_ = ingest.finish(tasks_);
+    save_scan_mesh(store_, mesh_);
     store_.complete_stage("mesh");
     report_.input.sha256 = info.sha256;
-    if (mesh_.repaired.non_manifold_edges + mesh_.repaired.split_vertices > 0) {
-      progress_.warning(fmt::format(
-          "{}: {} non-manifold edges were cut open and {} vertices split; see input.repaired in "
-          "the report.",
-          options_.scan, mesh_.repaired.non_manifold_edges, mesh_.repaired.split_vertices));
-    }
+    warn_of_repairs(options_.scan, mesh_.repaired, progress_);
   }
 
   void compute_fields() {
@@ -170,31 +175,18 @@ class RemeshJob {
     return meets_target(final_faces(), target_);
   }
 
-  // The face count follows from the density of lines up to what singularities, boundaries and small
-  // components take away, so one solve usually lands within the promise. If not, the density is
-  // corrected by what came out. The fields of a try replace those of the one before, so where an
-  // earlier one was the best, it is made again: report and preview then show the mesh that is
-  // written.
+  // The fields of a try replace those of the one before, so where an earlier one was the best, it
+  // is made again: report and preview then show the mesh that is written.
   void extract_to_size() {
-    constexpr int kTries = 3;
-    constexpr double kGoodEnough = 0.08;
-    const auto miss = [this] { return std::abs(std::log(final_faces() / target_.faces)); };
-    double side = target_.quad_side * kFirstGuess;
-    double best_side = side;
-    double best_miss = std::numeric_limits<double>::infinity();
-    for (int attempt = 0; attempt < kTries; ++attempt) {
+    SizeSearch search(target_.faces, target_.quad_side * kFirstGuess);
+    double side = 0.0;
+    while (!search.done()) {
+      side = search.side();
       remesh_ = quads_at(side);
-      if (miss() < best_miss) {
-        best_miss = miss();
-        best_side = side;
-      }
-      if (best_miss < kGoodEnough || attempt + 1 == kTries) {
-        break;
-      }
-      side *= std::sqrt(final_faces() / target_.faces);
+      search.tell(final_faces());
     }
-    if (best_side != side) {
-      remesh_ = quads_at(best_side);
+    if (search.best_side() != side) {
+      remesh_ = quads_at(search.best_side());
     }
   }
 
@@ -233,6 +225,9 @@ class RemeshJob {
     }
     report_.distance =
         measure_distances(remesh_, store_, mesh_, *projector_, DistanceOptions{}, tasks_);
+    if (mesh_.has_colours) {
+      transfer_colours(remesh_, store_, mesh_, *projector_, tasks_);
+    }
   }
 
   // The promises are checked on the mesh itself before it is written; the writer compares what it
@@ -290,7 +285,17 @@ class RemeshJob {
     metadata.origin = mesh_.origin;
     WriteOptions options;
     options.position_bits = options_.position_bits;
+    if (mesh_.unit != 1.0) {
+      for (Vec3d& p : remesh_.positions) {
+        p *= mesh_.unit;
+      }
+    }
     const WriteResult written = write_remesh(remesh_, metadata, names_[current_], options);
+    if (mesh_.unit != 1.0) {  // a picture comes yet
+      for (Vec3d& p : remesh_.positions) {
+        p /= mesh_.unit;
+      }
+    }
     report_.output.bytes = written.bytes;
     report_.output.vertices = written.vertices;
     report_.output.faces = written.faces;

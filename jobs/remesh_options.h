@@ -20,6 +20,13 @@ struct RemeshOptions {
   /// With several sizes a template, see output_names.h.
   std::string output;
 
+  /// Vertices at exactly equal positions become one, also where triangles share vertices already.
+  bool merge_vertices = false;
+  /// Components of fewer triangles are dropped; 0: none.
+  std::uint64_t drop_components = 0;
+  /// Boundary loops of at most so many edges are filled; 0: none.
+  std::uint64_t fill_holes = 0;
+
   SizeKind size_kind = SizeKind::kRatio;
   /// Faces of the remesh; edge length in file units; or faces per triangle of the repaired scan.
   /// One remesh for each.

@@ -37,6 +37,9 @@ Json options_json(const RemeshOptions& o) {
   j["pure_quads"] = o.pure_quads;
   j["position_bits"] = o.position_bits;
   j["tile_size"] = o.tile_size;
+  j["merge_vertices"] = o.merge_vertices;
+  j["drop_components"] = o.drop_components;
+  j["fill_holes"] = o.fill_holes;
   return j;
 }
 

@@ -19,11 +19,17 @@ TargetSize target_size(SizeKind kind, double size, const ScanMesh& mesh) {
       target.faces = size * static_cast<double>(mesh.topology.triangles);
       break;
     case SizeKind::kEdgeLength:
-      target.faces = area / (size * size);
+      target.faces = area * (mesh.unit / size) * (mesh.unit / size);
       break;
   }
   target.faces = std::max(target.faces, 1.0);
   target.quad_side = std::sqrt(area / target.faces);
+  // A scan of needles has hardly any area for its length, and lines so close together would cross
+  // it millions of times. What is asked for is then searched from the coarse side.
+  const auto triangles = static_cast<double>(mesh.topology.triangles);
+  const double length = mesh.mean_edge_length * static_cast<double>(mesh.topology.edges);
+  const double most_crossings = 1e5 + 20.0 * (triangles + target.faces);
+  target.quad_side = std::max(target.quad_side, 1.3 * length / most_crossings);
   return target;
 }
 

@@ -36,6 +36,17 @@ void add_size_options(CLI::App& command, Arguments& args) {
       ->check(CLI::Range(1, 16));
 }
 
+void add_input_options(CLI::App& command, Arguments& args) {
+  RemeshOptions& o = args.options;
+  command.add_flag("--merge-vertices", o.merge_vertices,
+                   "make vertices at exactly equal positions one; done without asking only where "
+                   "triangles share no vertices");
+  command.add_option("--drop-components", o.drop_components,
+                     "drop components of fewer triangles than this");
+  command.add_option("--fill-holes", o.fill_holes,
+                     "fill holes whose outline has at most so many edges");
+}
+
 void add_method_options(CLI::App& command, Arguments& args) {
   RemeshOptions& o = args.options;
   command.add_option(
@@ -134,6 +145,7 @@ void add_remesh_command(CLI::App& app, Action& action) {
                    "stand for the size and its place in the list")
       ->required();
   add_size_options(*command, *args);
+  add_input_options(*command, *args);
   add_method_options(*command, *args);
   add_run_options(*command, *args);
   command->callback([args, &action] { action = [args] { return run(*args); }; });
