@@ -19,6 +19,7 @@
 #include "engine/remesh/topology.h"
 #include "engine/remesh/vertex_colours.h"
 #include "io/remesh/remesh_writer.h"
+#include "io/scan/field_reader.h"
 #include "io/scan/scan_reader.h"
 #include "io/store/hdf5_store.h"
 #include "jobs/memory_share.h"
@@ -138,6 +139,11 @@ class RemeshJob {
     ScanFileInfo info;
     info.want_sha256 = true;
     read_scan(options_.scan, ingest, &info, {.memory_bytes = memory_ / 2});
+    if (!options_.field.empty()) {
+      field_hash_ =
+          read_field(options_.field, ingest.vertex_count(),
+                     [&](std::span<const VertexDirection> d) { ingest.add_directions(d); });
+    }
     mesh_ = ingest.finish(tasks_);
     save_scan_mesh(store_, mesh_);
     store_.complete_stage("mesh");
@@ -269,6 +275,9 @@ class RemeshJob {
     RemeshMetadata metadata;
     metadata.version = version();
     metadata.options = options_.canonical(options_.sizes[current_]);
+    if (!field_hash_.empty()) {
+      metadata.options += " field=" + field_hash_;
+    }
     if (owner_ != current_) {
       metadata.options += fmt::format(" lines-of={}", size_text(options_.sizes[*owner_]));
     }
@@ -340,6 +349,7 @@ class RemeshJob {
   StageClock clock_;
 
   ScanMesh mesh_;
+  std::string field_hash_;            ///< of the file of directions; empty: none
   std::size_t current_ = 0;           ///< which size is being made
   std::optional<std::size_t> owner_;  ///< the size whose field and phases the store holds
   TargetSize target_;

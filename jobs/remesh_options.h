@@ -35,6 +35,8 @@ struct RemeshOptions {
   /// vertices, sizes less even.
   int density = 0;
 
+  /// File of directions to follow instead of the curvature, see field_reader.h; empty: none.
+  std::string field;
   /// The direction field is smoothed modulo 2 pi / symmetry: 1, 2 or 4.
   int symmetry = 4;
   /// rho of PGP 4.2, in (0, 1); by default tied to the quad size.

@@ -49,6 +49,10 @@ void add_input_options(CLI::App& command, Arguments& args) {
 
 void add_method_options(CLI::App& command, Arguments& args) {
   RemeshOptions& o = args.options;
+  command.add_option(
+      "--field", o.field,
+      "directions to follow instead of the curvature: a text file with a line \"x y z\" "
+      "or \"x y z fidelity\" for each vertex of the scan file");
   command.add_option("--symmetry", o.symmetry, "field modulo 2 pi / N")
       ->check(CLI::IsMember({1, 2, 4}))
       ->capture_default_str();
