@@ -21,8 +21,9 @@ struct RemeshOptions {
   SizeKind size_kind = SizeKind::kRatio;
   /// Faces of the remesh; edge length in file units; or faces per triangle of the repaired scan.
   double size = 0.05;
-  /// Iso-lines per period of the parameterization.
-  int density = 2;
+  /// Iso-lines per period of the parameterization: 1 gives the evenest quads, more lines fewer
+  /// irregular vertices.
+  int density = 1;
 
   /// The direction field is smoothed modulo 2 pi / symmetry: 1, 2 or 4.
   int symmetry = 4;
