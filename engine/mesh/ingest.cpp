@@ -483,7 +483,8 @@ Ingest::Ingest(Store& store, IngestOptions options)
       positions_(store, "ingest/raw_position", options_.spool_block_bytes),
       colours_(store, "ingest/raw_colour", options_.spool_block_bytes),
       narrow_(store, "ingest/raw_triangle", options_.spool_block_bytes),
-      wide_(store, "ingest/raw_wide_triangle", options_.spool_block_bytes) {
+      wide_(store, "ingest/raw_wide_triangle", options_.spool_block_bytes),
+      polygons_(store, options_.spool_block_bytes) {
   ensure(options_.tile_size > 0, "a tile holds at least one vertex");
 }
 
@@ -531,6 +532,34 @@ void Ingest::add_triangles(std::span<const std::array<std::uint64_t, 3>> triangl
   wide_.append(triangles);
 }
 
+void Ingest::add_polygons(std::span<const std::uint32_t> sizes,
+                          std::span<const std::uint64_t> corners) {
+  polygons_.add(sizes, corners);
+}
+
+std::uint64_t Ingest::cut_polygons() {
+  if (polygons_.empty()) {
+    return 0;
+  }
+  std::vector<PolygonCutter::Triangle> widened;
+  const auto source = [&](const std::function<void(std::span<const PolygonCutter::Triangle>)>& f) {
+    narrow_.for_each_block([&](std::span<const std::array<std::uint32_t, 3>> block) {
+      widened.clear();
+      for (const auto& t : block) {
+        widened.push_back({t[0], t[1], t[2]});
+      }
+      f(widened);
+    });
+    wide_.for_each_block(f);
+  };
+  const PolygonCutter::Counts counts = polygons_.cut(
+      source, [&](std::span<const PolygonCutter::Triangle> block) { add_triangles(block); },
+      options_.memory_bytes);
+  narrow_.finish();
+  wide_.finish();
+  return counts.duplicates;
+}
+
 ScanMesh Ingest::finish(TaskGraph& graph) {
   Reservation memory;
   if (options_.budget != nullptr) {
@@ -543,10 +572,12 @@ ScanMesh Ingest::finish(TaskGraph& graph) {
   colours_.finish();
   narrow_.finish();
   wide_.finish();
+  const std::uint64_t duplicates = cut_polygons();
   // One bit of an index is spared for the re-indexing.
   const bool narrow = !options_.wide_ids && vertices_ < 0x7fffffffU;
   ScanMesh mesh = narrow ? IngestRun<std::uint32_t>(*this).run(graph)
                          : IngestRun<std::uint64_t>(*this).run(graph);
+  mesh.repaired.duplicate_triangles += duplicates;
   if (options_.drop_components > 0 || options_.fill_holes > 0) {
     refine_scan(store_, mesh, options_, graph);
   }
