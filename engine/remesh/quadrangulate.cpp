@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/core/errors.h"
+#include "engine/remesh/balance.h"
 #include "engine/remesh/cell_map.h"
 #include "engine/remesh/edge_sort.h"
 #include "engine/remesh/pair_triangles.h"
@@ -93,6 +94,8 @@ PolygonMesh quadrangulate(CellComplex&& cells, const QuadrangulateOptions& optio
   const PairReport paired = pair_triangles(map, options.pair_between);
   report.triangle_pairs = paired.pairs;
   report.border_triangles = paired.at_border;
+  const BalanceReport balanced = balance_valences(map);
+  report.balanced = balanced.collapsed + balanced.turned;
   const RepairReport repaired = repair(map);
   report.doublets = repaired.doublets;
   report.insets += repaired.insets;
