@@ -27,6 +27,7 @@ Json options_json(const RemeshOptions& o) {
   j[size_names[static_cast<int>(o.size_kind)]] =
       o.sizes.size() == 1 ? Json(o.sizes[0]) : Json(o.sizes);
   j["density"] = o.density;
+  j["field"] = o.field.empty() ? Json() : Json(o.field);
   j["symmetry"] = o.symmetry;
   j["smoothing"] = o.smoothing ? Json(*o.smoothing) : Json("auto");
   j["curl_correction"] = o.curl_correction;

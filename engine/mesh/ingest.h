@@ -63,6 +63,9 @@ class Ingest final : public ScanSink {
   void add_triangles(std::span<const std::array<std::uint64_t, 3>> triangles) override;
   void add_polygons(std::span<const std::uint32_t> sizes,
                     std::span<const std::uint64_t> corners) override;
+  /// Directions of the vertices in the order they came, at any time before finish: for all vertices
+  /// or for none.
+  void add_directions(std::span<const VertexDirection> directions);
 
   /// Writes the fields of tile_mesh.h. Repairs on the way and counts it in ScanMesh::repaired:
   /// equal positions are merged as the options say; triangles that repeat an index, duplicates, and
@@ -93,6 +96,7 @@ class Ingest final : public ScanSink {
   std::uint64_t non_finite_ = 0;
   Spool<Vec3d> positions_;
   Spool<Rgba> colours_;  ///< empty, or one a vertex
+  Spool<VertexDirection> directions_;  ///< empty, or one a vertex
   /// Triangles as long as every index fits 32 bits, and all after the first that doesn't.
   Spool<std::array<std::uint32_t, 3>> narrow_;
   Spool<std::array<std::uint64_t, 3>> wide_;

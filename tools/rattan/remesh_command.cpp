@@ -32,7 +32,7 @@ void add_size_options(CLI::App& command, Arguments& args) {
   size->require_option(0, 1);
   command
       .add_option("--density", args.options.density,
-                  "iso-lines per period, 1 to 16; default 2, or 4 with --pure-quads")
+                  "iso-lines per period, 1 to 16; default 1, or 4 with --pure-quads")
       ->check(CLI::Range(1, 16));
 }
 
@@ -49,6 +49,10 @@ void add_input_options(CLI::App& command, Arguments& args) {
 
 void add_method_options(CLI::App& command, Arguments& args) {
   RemeshOptions& o = args.options;
+  command.add_option(
+      "--field", o.field,
+      "directions to follow instead of the curvature: a text file with a line \"x y z\" "
+      "or \"x y z fidelity\" for each vertex of the scan file");
   command.add_option("--symmetry", o.symmetry, "field modulo 2 pi / N")
       ->check(CLI::IsMember({1, 2, 4}))
       ->capture_default_str();
