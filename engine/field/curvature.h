@@ -13,6 +13,7 @@ struct GeometryOptions {
   /// Rounds of averaging of the curvature measure over vertex and neighbours; the reach grows with
   /// the square root: about sqrt(rounds) edges.
   int curvature_rounds = 3;
+  bool operator==(const GeometryOptions&) const = default;
 };
 
 /// Rounds that average over about half of `reach` (a length) around each vertex.

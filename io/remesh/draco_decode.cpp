@@ -141,6 +141,23 @@ const draco::PointAttribute* added_edges_of(const draco::Mesh& mesh) {
   return usable ? attribute : nullptr;
 }
 
+/// Colours of the vertices, by the points at them.
+void read_colours(const draco::Mesh& mesh, const draco::PointAttribute& position,
+                  PolygonMesh& out) {
+  const auto* colour = mesh.GetNamedAttribute(draco::GeometryAttribute::COLOR);
+  if (colour == nullptr || colour->size() == 0 || colour->data_type() != draco::DT_UINT8 ||
+      colour->num_components() < 3 || colour->num_components() > 4) {
+    return;
+  }
+  out.colours.assign(out.vertex_count(), Rgba{255, 255, 255, 255});
+  for (draco::PointIndex point(0); point < mesh.num_points(); ++point) {
+    const std::uint32_t v = position.mapped_index(point).value();
+    if (v < out.vertex_count() && colour->mapped_index(point).value() < colour->size()) {
+      colour->GetMappedValue(point, out.colours[v].data());
+    }
+  }
+}
+
 }  // namespace
 
 PolygonMesh decode_draco(std::string_view bytes, const std::string& path,
@@ -168,6 +185,7 @@ PolygonMesh decode_draco(std::string_view bytes, const std::string& path,
     }
     out.positions[v] = Vec3d(p[0], p[1], p[2]);
   }
+  read_colours(*mesh, *position, out);
   const auto* added = added_edges_of(*mesh);
   TriangleSoup soup;
   soup.vertex.reserve(3 * std::size_t{mesh->num_faces()});
