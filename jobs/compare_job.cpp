@@ -12,9 +12,9 @@
 
 #include "engine/core/errors.h"
 #include "engine/mesh/ingest.h"
-#include "io/remesh/remesh_reader.h"
 #include "io/scan/scan_reader.h"
 #include "io/store/hdf5_store.h"
+#include "jobs/load_mesh.h"
 #include "jobs/memory_share.h"
 #include "jobs/version.h"
 
@@ -25,67 +25,9 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-/// Any file with polygons, in full coordinates relative to `origin`.
-struct LoadedMesh {
-  PolygonMesh mesh;
-  Vec3d origin = Vec3d::Zero();
-};
-
-/// Gathers a scan of a format that holds triangles only.
-class MeshSink final : public ScanSink {
- public:
-  explicit MeshSink(PolygonMesh& mesh) : mesh_(mesh) {}
-  void add_vertices(std::span<const Vec3d> positions) override {
-    mesh_.positions.insert(mesh_.positions.end(), positions.begin(), positions.end());
-  }
-  void add_triangles(std::span<const std::array<std::uint64_t, 3>> triangles) override {
-    for (const auto& t : triangles) {
-      mesh_.add_face(std::array{narrow(t[0]), narrow(t[1]), narrow(t[2])});
-    }
-  }
-
- private:
-  static std::uint32_t narrow(std::uint64_t v) {
-    return static_cast<std::uint32_t>(
-        std::min<std::uint64_t>(v, std::numeric_limits<std::uint32_t>::max()));
-  }
-  PolygonMesh& mesh_;
-};
-
-std::string lower_extension(const std::string& path) {
-  std::string extension = fs::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) {
-    return static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
-  });
-  return extension;
-}
-
-LoadedMesh load_polygons(const std::string& path) {
-  const std::string extension = lower_extension(path);
-  LoadedMesh loaded;
-  if (extension == ".drc" || extension == ".obj" || extension == ".ply" || extension == ".off") {
-    RemeshMetadata metadata;
-    loaded.mesh = read_polygons(path, &metadata);
-    loaded.origin = metadata.origin;
-  } else {
-    MeshSink sink(loaded.mesh);
-    read_scan(path, sink);
-  }
-  for (std::size_t v = 0; v < loaded.mesh.vertex_count(); ++v) {
-    if (!loaded.mesh.positions[v].allFinite()) {
-      throw InputError(path, "vertex " + std::to_string(v), "a coordinate is not a finite number",
-                       "Compare meshes whose coordinates are all finite");
-    }
-  }
-  if (loaded.mesh.face_count() == 0) {
-    throw InputError(path, "", "there is no face in the file", "Compare files that hold a surface");
-  }
-  return loaded;
-}
-
 /// A .drc as a scan: divided as the remesh is, so that equal files have no distance.
 void read_draco_scan(const std::string& path, ScanSink& sink) {
-  LoadedMesh loaded = load_polygons(path);
+  LoadedMesh loaded = load_mesh(path);
   for (Vec3d& p : loaded.mesh.positions) {
     p += loaded.origin;
   }
@@ -105,7 +47,7 @@ ScanMesh ingest_scan(const CompareOptions& options, std::uint64_t memory, Store&
   how.memory_bytes = memory / 4;
   how.input_name = options.scan;
   Ingest ingest(store, how);
-  if (lower_extension(options.scan) == ".drc") {
+  if (is_draco(options.scan)) {
     read_draco_scan(options.scan, ingest);
   } else {
     read_scan(options.scan, ingest);
@@ -157,7 +99,7 @@ CompareReport compare_surfaces(const CompareOptions& options, ProgressSink& prog
   CompareReport report;
   report.options = options;
 
-  LoadedMesh loaded = load_polygons(options.remesh);
+  LoadedMesh loaded = load_mesh(options.remesh);
   report.remesh = check_topology(loaded.mesh);
   if (report.remesh.out_of_range > 0) {
     throw InputError(options.remesh, "", "faces refer to vertices that the file does not hold",
@@ -170,9 +112,9 @@ CompareReport compare_surfaces(const CompareOptions& options, ProgressSink& prog
   const ScanMesh scan = ingest_scan(options, memory, store, tasks);
   report.scan = scan.topology;
   report.repaired = scan.repaired;
-  report.scan_area = scan.area;
+  report.scan_area = scan.area * scan.unit * scan.unit;
   for (Vec3d& p : loaded.mesh.positions) {
-    p += loaded.origin - scan.origin;
+    p = (p + (loaded.origin - scan.origin)) / scan.unit;
   }
   // About 50 bytes a triangle; a quarter of the memory holds these many tiles.
   const std::uint64_t tile_bytes =

@@ -2,10 +2,13 @@
 #include "jobs/preview.h"
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 #include <vector>
 
 #include "engine/core/exact_math.h"
+#include "engine/field/curvature.h"
+#include "engine/field/tangent_frame.h"
 #include "engine/param/phase_fields.h"
 #include "engine/param/triangle_coordinates.h"
 #include "io/picture/panels.h"
@@ -17,20 +20,29 @@ namespace {
 constexpr Rgb kFieldSingularity = {214, 60, 46};
 constexpr Rgb kPhaseSingularity = {38, 98, 178};
 
+/// Below this fidelity (in [0, 1]) a direction of curvature is noise: the panel stays blank there.
+constexpr double kLeastFidelity = 0.05;
+
 /// One tile as the renderer wants it: owned triangles with normals, directions and phases.
 class TilePart {
  public:
-  TilePart(const PreviewInput& input, TileId tile)
-      : mesh_(load_tile(input.store, input.scan, tile)),
-        frames_(read_local(input.store, fields::kFrame, fields::kMeshHalo, tile)) {
-    const std::vector<PairValue> phases =
-        read_local(input.store, fields::kPhase, fields::kMeshHalo, tile);
-    coordinates_ = tile_coordinates(mesh_, frames_, phases, input.omega);
-    compute_normals();
-    for (const VertexFrame& f : frames_) {
-      directions_.push_back(f.direction);
+  TilePart(const PreviewInput& input, TileId tile, bool with_field, bool with_lines)
+      : mesh_(load_tile(input.store, input.scan, tile)) {
+    if (with_field) {
+      frames_ = read_local(input.store, fields::kFrame, fields::kMeshHalo, tile);
+      for (const VertexFrame& f : frames_) {
+        directions_.push_back(f.direction);
+      }
+      compute_raw_directions(read_local(input.store, fields::kCurvature, fields::kMeshHalo, tile),
+                             1e-3 / std::max(input.scan.mean_edge_length, 1e-30));
+      compute_normals();
     }
-    compute_phases();
+    if (with_lines) {
+      const std::vector<PairValue> phases =
+          read_local(input.store, fields::kPhase, fields::kMeshHalo, tile);
+      coordinates_ = tile_coordinates(mesh_, frames_, phases, input.omega);
+      compute_phases();
+    }
   }
 
   SceneMesh scene() const {
@@ -39,13 +51,14 @@ class TilePart {
     s.triangles = mesh_.triangles.span().first(mesh_.counts.owned);
     s.normals = normals_;
     s.directions = directions_;
+    s.raw_directions = raw_directions_;
     s.corner_phases = phases_;
     s.kinds = kinds_;
     return s;
   }
 
   void add_dots(std::vector<Dot>& dots) const {
-    for (std::uint32_t t = 0; t < mesh_.counts.owned; ++t) {
+    for (std::uint32_t t = 0; t < kinds_.size(); ++t) {
       if (kinds_[t] == kPlainTriangle) {
         continue;
       }
@@ -61,6 +74,18 @@ class TilePart {
   }
 
  private:
+  void compute_raw_directions(const std::vector<CurvatureMeasure>& curvature, double floor) {
+    raw_directions_.assign(frames_.size(), Vec3f::Zero());
+    for (std::size_t v = 0; v < frames_.size(); ++v) {
+      const TangentFrame f = tangent_frame(frames_[v].normal.cast<double>());
+      const PrincipalDirections d = principal_directions(curvature[v], f.x, f.y, floor);
+      if (d.fidelity > kLeastFidelity) {
+        const Complexd a = symmetry_root(unit_or(d.doubled, Complexd(1.0, 0.0)), 2);
+        raw_directions_[v] = (a.real() * f.x + a.imag() * f.y).cast<float>();
+      }
+    }
+  }
+
   void compute_normals() {
     normals_.assign(mesh_.local_vertices(), Vec3f::Zero());
     for (const LocalTriangle& t : mesh_.triangles) {
@@ -112,30 +137,43 @@ class TilePart {
   TileCoordinates coordinates_;
   std::vector<Vec3f> normals_;
   std::vector<Vec3f> directions_;
+  std::vector<Vec3f> raw_directions_;
   std::vector<std::array<float, 2>> phases_;
   std::vector<std::uint8_t> kinds_;
 };
 
 }  // namespace
 
-void write_preview(const PreviewInput& input, const std::string& path) {
-  PanelInput panels;
-  panels.scan = [&](const std::function<void(const SceneMesh&)>& use) {
-    for (std::uint32_t t = 0; t < input.scan.layout.tile_count(); ++t) {
-      use(TilePart(input, TileId(t)).scene());
-    }
+void write_preview(const PreviewInput& input, const std::string& path,
+                   const RenderOptions& options) {
+  const bool field = input.store.has_chunk(fields::kFrame.name, TileId(0)) &&
+                     input.store.has_chunk(fields::kCurvature.name, TileId(0));
+  const bool lines =
+      field && input.omega > 0.0 && input.store.has_chunk(fields::kPhase.name, TileId(0));
+  const auto source = [&](bool with_field, bool with_lines) {
+    return [&input, with_field, with_lines](const std::function<void(const SceneMesh&)>& use) {
+      for (std::uint32_t t = 0; t < input.scan.layout.tile_count(); ++t) {
+        use(TilePart(input, TileId(t), with_field, with_lines).scene());
+      }
+    };
   };
-  panels.has_field = true;
-  panels.has_lines = true;
-  for (std::uint32_t t = 0; t < input.scan.layout.tile_count(); ++t) {
-    TilePart(input, TileId(t)).add_dots(panels.singularities);
+  PanelInput panels;
+  panels.scan = source(field, lines);
+  panels.shape = source(false, false);
+  panels.has_curvature = panels.has_field = field;
+  panels.has_lines = lines;
+  for (std::uint32_t t = 0; lines && t < input.scan.layout.tile_count(); ++t) {
+    TilePart(input, TileId(t), field, lines).add_dots(panels.singularities);
   }
-  panels.remesh = &input.remesh;
+  panels.remesh = input.remesh;
+  panels.close_up = input.remesh != nullptr;
   panels.low = input.scan.box_min;
   panels.high = input.scan.box_max;
-  RenderOptions options;
-  options.line_period = 2.0 * exact::kPi / input.density;
-  write_png(render_panels(panels, options), path);
+  panels.field_label = "smoothed field";
+  panels.lines_label = "iso-lines and singularities";
+  RenderOptions how = options;
+  how.line_period = 2.0 * exact::kPi / input.density;
+  write_png(render_panels(panels, how), path);
 }
 
 }  // namespace rattan

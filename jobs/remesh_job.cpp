@@ -2,9 +2,6 @@
 #include "jobs/remesh_job.h"
 
 #include <algorithm>
-#include <cmath>
-#include <filesystem>
-#include <limits>
 #include <optional>
 
 #include <fmt/format.h>
@@ -13,20 +10,29 @@
 
 #include "engine/layout/arrangement.h"
 #include "engine/mesh/ingest.h"
+#include "engine/mesh/scan_record.h"
 #include "engine/param/parameterize.h"
 #include "engine/remesh/distance.h"
 #include "engine/remesh/optimise.h"
 #include "engine/remesh/quadrangulate.h"
 #include "engine/remesh/quality.h"
 #include "engine/remesh/topology.h"
+#include "engine/remesh/vertex_colours.h"
 #include "io/remesh/remesh_writer.h"
+#include "io/scan/field_reader.h"
 #include "io/scan/scan_reader.h"
 #include "io/store/hdf5_store.h"
 #include "jobs/memory_share.h"
+#include "jobs/output_names.h"
 #include "jobs/preview.h"
+#include "jobs/repair_warnings.h"
+#include "jobs/size_list.h"
+#include "jobs/size_plan.h"
+#include "jobs/size_search.h"
 #include "jobs/stage_clock.h"
 #include "jobs/target_size.h"
 #include "jobs/version.h"
+#include "jobs/work_record.h"
 
 namespace rattan {
 
@@ -54,14 +60,18 @@ class RecordingProgress final : public ProgressSink {
 class RemeshJob {
  public:
   RemeshJob(const RemeshOptions& options, ProgressSink& progress)
-      : options_(options),
+      : options_(options.resolved()),
+        names_(output_names(options_)),
+        previews_(options_.preview.empty()
+                      ? std::vector<std::string>(names_.size())
+                      : expand_names(options_.preview, options_.size_kind, options_.sizes)),
         progress_(progress, report_.warnings),
         threads_(options.threads > 0 ? options.threads
                                      : oneapi::tbb::this_task_arena::max_concurrency()),
         parallelism_(oneapi::tbb::global_control::max_allowed_parallelism,
                      static_cast<std::size_t>(threads_)),
         memory_(options.memory > 0 ? options.memory : default_memory_share()),
-        store_({.directory = options.work_dir.empty() ? options.output + ".work" : options.work_dir,
+        store_({.directory = options.work_dir.empty() ? names_[0] + ".work" : options.work_dir,
                 .cache_bytes = memory_ / 2,
                 .keep = options.keep_work}),
         tasks_({.threads = threads_}, &progress_),
@@ -74,11 +84,30 @@ class RemeshJob {
 
   RemeshReport run() {
     const double start = wall_seconds();
-    check_output();
     clock_.run("ingest", [&] { ingest(); });
-    target_ = target_size(options_, mesh_);
-    clock_.run("field", [&] { compute_fields(); });
-    extract_to_size();
+    report_.outputs.resize(names_.size());
+    std::vector<double> faces;
+    for (const double size : options_.sizes) {
+      faces.push_back(target_size(options_.size_kind, size, mesh_).faces);
+    }
+    for (const PlannedSize& planned : plan_sizes(faces, options_.density)) {
+      make_size(planned);
+    }
+    finish_report(start);
+    return std::move(report_);
+  }
+
+ private:
+  /// One remesh, from the scan in the store to the file.
+  void make_size(const PlannedSize& planned) {
+    current_ = planned.size;
+    report_.output = {};
+    target_ = target_size(options_.size_kind, options_.sizes[current_], mesh_);
+    if (!extract_from_shared(planned)) {
+      clock_.run("field", [&] { compute_fields(); });
+      extract_to_size();
+      owner_ = current_;
+    }
     clock_.run("optimise", [&] { optimise_positions(); });
     clock_.run("verify", [&] { verify(); });
     clock_.run("write", [&] { write(); });
@@ -86,32 +115,16 @@ class RemeshJob {
       clock_.run("preview", [&] {
         write_preview({.store = store_,
                        .scan = mesh_,
-                       .remesh = remesh_,
+                       .remesh = &remesh_,
                        .omega = omega_,
-                       .density = options_.density},
-                      options_.preview);
+                       .density = density_},
+                      previews_[current_]);
       });
     }
-    finish_report(start);
-    return std::move(report_);
-  }
-
- private:
-  void check_output() const {
-    namespace fs = std::filesystem;
-    const fs::path path(options_.output);
-    const std::string extension = path.extension().string();
-    if (extension != ".drc" && extension != ".obj" && extension != ".ply" && extension != ".off") {
-      throw UsageError(options_.output +
-                       ": the extension says which format to write. Use .drc, "
-                       ".obj, .ply or .off.");
+    if (options_.keep_work) {
+      save_work(store_, remesh_, omega_, density_);
     }
-    const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
-    std::error_code ignored;
-    if (!fs::is_directory(folder, ignored)) {
-      throw UsageError(folder.string() + ": there is no such folder to write " + options_.output +
-                       " into. Create it first.");
-    }
+    finish_size();
   }
 
   void ingest() {
@@ -119,64 +132,74 @@ class RemeshJob {
     options.tile_size = options_.tile_size;
     options.memory_bytes = memory_ / 4;
     options.input_name = options_.scan;
+    options.merge = options_.merge_vertices ? Merge::kAlways : Merge::kSoup;
+    options.drop_components = options_.drop_components;
+    options.fill_holes = options_.fill_holes;
     Ingest ingest(store_, options);
     ScanFileInfo info;
     info.want_sha256 = true;
-    read_scan(options_.scan, ingest, &info);
+    read_scan(options_.scan, ingest, &info, {.memory_bytes = memory_ / 2});
+    if (!options_.field.empty()) {
+      field_hash_ =
+          read_field(options_.field, ingest.vertex_count(),
+                     [&](std::span<const VertexDirection> d) { ingest.add_directions(d); });
+    }
     mesh_ = ingest.finish(tasks_);
+    save_scan_mesh(store_, mesh_);
     store_.complete_stage("mesh");
     report_.input.sha256 = info.sha256;
-    if (mesh_.repaired.non_manifold_edges + mesh_.repaired.split_vertices > 0) {
-      progress_.warning(fmt::format(
-          "{}: {} non-manifold edges were cut open and {} vertices split; see input.repaired in "
-          "the report.",
-          options_.scan, mesh_.repaired.non_manifold_edges, mesh_.repaired.split_vertices));
-    }
+    warn_of_repairs(options_.scan, mesh_.repaired, progress_);
   }
 
   void compute_fields() {
     FieldOptions options;
-    options.quad_side = target_.quad_side;
+    // For pure quads the field is as smooth as the lines of the parameterization are far apart,
+    // since each of its singularities costs.
+    options.quad_side = target_.quad_side * (options_.pure_quads ? 0.75 * options_.density : 1.0);
     options.energy = options_.energy == Energy::kEdge ? EdgeEnergy::kEdge : EdgeEnergy::kTriangle;
     options.symmetry = static_cast<Symmetry>(options_.symmetry);
     options.smoothing = options_.smoothing;
     options.curl_power = options_.curl_correction ? 1.0 : 0.2;
-    field_ = compute_field(store_, mesh_, options, tasks_);
+    field_ = compute_field(store_, mesh_, options, tasks_, owner_ ? &field_ : nullptr);
     store_.complete_stage("field");
   }
 
-  // The face count follows from the density of lines up to what singularities, boundaries and small
-  // components take away, so one solve usually lands within the promise. If not, the density is
-  // corrected by what came out. The fields of a try replace those of the one before, so where an
-  // earlier one was the best, it is made again: report and preview then show the mesh that is
-  // written.
-  void extract_to_size() {
-    constexpr int kTries = 3;
-    constexpr double kGoodEnough = 0.08;
-    const auto miss = [this] {
-      return std::abs(std::log(static_cast<double>(remesh_.face_count()) / target_.faces));
-    };
-    double side = target_.quad_side * kFirstGuess;
-    double best_side = side;
-    double best_miss = std::numeric_limits<double>::infinity();
-    for (int attempt = 0; attempt < kTries; ++attempt) {
-      remesh_ = quads_at(side);
-      if (miss() < best_miss) {
-        best_miss = miss();
-        best_side = side;
-      }
-      if (best_miss < kGoodEnough || attempt + 1 == kTries) {
-        break;
-      }
-      side *= std::sqrt(static_cast<double>(remesh_.face_count()) / target_.faces);
+  // Draws the lines of this size in the coarser parameterization that is still there; false if
+  // there is none or the face count isn't met.
+  bool extract_from_shared(const PlannedSize& planned) {
+    if (!planned.owner || planned.owner != owner_) {
+      return false;
     }
-    if (best_side != side) {
-      remesh_ = quads_at(best_side);
+    density_ = planned.multiple * options_.density;
+    remesh_ = extract_quads();
+    return meets_target(final_faces(), target_);
+  }
+
+  // The fields of a try replace those of the one before, so where an earlier one was the best, it
+  // is made again: report and preview then show the mesh that is written.
+  void extract_to_size() {
+    SizeSearch search(target_.faces, first_side());
+    double side = 0.0;
+    while (!search.done()) {
+      side = search.side();
+      remesh_ = quads_at(side);
+      search.tell(final_faces());
+    }
+    if (search.best_side() != side) {
+      remesh_ = quads_at(search.best_side());
     }
   }
 
+  // Lines are laid on the low-passed surface, which is smaller than the scan by as much as there is
+  // noise and relief; with its area the first solve meets the count within 2 % on most scans.
+  double first_side() const {
+    const double share = mesh_.area > 0.0 ? field_.area / mesh_.area : 1.0;
+    return target_.quad_side * std::sqrt(std::clamp(share, 0.1, 1.5));
+  }
+
   PolygonMesh quads_at(double side) {
-    omega_ = side * options_.density;
+    density_ = options_.density;
+    omega_ = side * density_;
     clock_.run("parameterize", [&] {
       ParamOptions options;
       options.omega = omega_;
@@ -184,22 +207,34 @@ class RemeshJob {
       options.reference = options_.solver == SolverKind::kReference;
       phase_report_ = parameterize(store_, mesh_, field_, options, tasks_);
     });
+    return extract_quads();
+  }
+
+  PolygonMesh extract_quads() {
     CellComplex cells = clock_.run("extract", [&] {
-      return extract_cells(store_, mesh_, {.omega = omega_, .density = options_.density}, tasks_,
+      return extract_cells(store_, mesh_, {.omega = omega_, .density = density_}, tasks_,
                            arrangement_);
     });
     return clock_.run("quadrangulate", [&] {
       QuadrangulateReport report;
-      return quadrangulate(std::move(cells), {.side = side}, report);
+      return quadrangulate(std::move(cells),
+                           {.side = omega_ / density_, .pure_quads = options_.pure_quads}, report);
     });
   }
+
+  double final_faces() const { return static_cast<double>(remesh_.face_count()); }
 
   void optimise_positions() {
     projector_.emplace(store_, mesh_, ProjectorOptions{}, tasks_);
     optimise(remesh_, store_, mesh_, *projector_, OptimiseOptions{}, tasks_);
-    split_bad_quads(remesh_, kLeastJacobian);
+    if (!options_.pure_quads) {
+      split_bad_quads(remesh_, kLeastJacobian);
+    }
     report_.distance =
         measure_distances(remesh_, store_, mesh_, *projector_, DistanceOptions{}, tasks_);
+    if (mesh_.has_colours) {
+      transfer_colours(remesh_, store_, mesh_, *projector_, tasks_);
+    }
   }
 
   // The promises are checked on the mesh itself before it is written; the writer compares what it
@@ -219,33 +254,73 @@ class RemeshJob {
     report_.output.triangles = q.triangles;
     report_.output.interior_vertices = q.interior_vertices;
     report_.output.irregular_vertices = q.irregular_vertices;
+    report_.output.bad_quads = q.bad_quads;
     report_.output.mean_scaled_jacobian = q.mean_scaled_jacobian;
     report_.output.min_scaled_jacobian = q.min_scaled_jacobian;
     report_.output.mean_corner_deviation = q.mean_corner_deviation;
     report_.output.edge_length_variation = q.edge_length_variation;
+    if (options_.pure_quads) {
+      ensure(q.triangles == 0, "a mesh of pure quads has no triangles");
+      if (q.bad_quads > 0) {
+        progress_.warning(
+            fmt::format("{}: {} quads are folded or have a flat corner, as the scan's relief there "
+                        "is finer than a quad. More faces, or triangles, avoid that.",
+                        names_[current_], q.bad_quads));
+      }
+    }
     report_.output.target_faces = target_.faces;
     report_.output.target_met = meets_target(static_cast<double>(remesh_.face_count()), target_);
     if (!report_.output.target_met) {
       progress_.warning(
           fmt::format("{}: {} faces instead of {:.0f}: the nearest that the scan's "
                       "topology and relief allow.",
-                      options_.output, remesh_.face_count(), target_.faces));
+                      names_[current_], remesh_.face_count(), target_.faces));
     }
   }
 
   void write() {
     RemeshMetadata metadata;
     metadata.version = version();
-    metadata.options = options_.canonical();
+    metadata.options = options_.canonical(options_.sizes[current_]);
+    if (!field_hash_.empty()) {
+      metadata.options += " field=" + field_hash_;
+    }
+    if (owner_ != current_) {
+      metadata.options += fmt::format(" lines-of={}", size_text(options_.sizes[*owner_]));
+    }
     metadata.input_hash = report_.input.sha256;
     metadata.origin = mesh_.origin;
     WriteOptions options;
     options.position_bits = options_.position_bits;
-    const WriteResult written = write_remesh(remesh_, metadata, options_.output, options);
+    if (mesh_.unit != 1.0) {
+      for (Vec3d& p : remesh_.positions) {
+        p *= mesh_.unit;
+      }
+    }
+    const WriteResult written = write_remesh(remesh_, metadata, names_[current_], options);
+    if (mesh_.unit != 1.0) {  // a picture comes yet
+      for (Vec3d& p : remesh_.positions) {
+        p /= mesh_.unit;
+      }
+    }
     report_.output.bytes = written.bytes;
     report_.output.vertices = written.vertices;
     report_.output.faces = written.faces;
     report_.output.origin = written.origin;
+  }
+
+  void finish_size() {
+    projector_.reset();
+    report_.output.path = names_[current_];
+    const SingularityCounts& s = arrangement_.singularities;
+    report_.singularities = {s.vertices, s.edges,
+                             s.field_triangles + s.phase_triangles + s.negative_triangles};
+    report_.outputs[current_] = {report_.output, report_.singularities, report_.distance,
+                                 owner_ == current_ ? std::string() : names_[*owner_]};
+    if (owner_ == current_) {
+      report_.solver.insert(report_.solver.end(), field_.reports.begin(), field_.reports.end());
+      report_.solver.push_back(phase_report_);
+    }
   }
 
   void finish_report(double start) {
@@ -253,12 +328,9 @@ class RemeshJob {
     report_.input.path = options_.scan;
     report_.input.topology = mesh_.topology;
     report_.input.repaired = mesh_.repaired;
-    report_.output.path = options_.output;
-    const SingularityCounts& s = arrangement_.singularities;
-    report_.singularities = {s.vertices, s.edges,
-                             s.field_triangles + s.phase_triangles + s.negative_triangles};
-    report_.solver = field_.reports;
-    report_.solver.push_back(phase_report_);
+    report_.output = report_.outputs[0].output;
+    report_.singularities = report_.outputs[0].singularities;
+    report_.distance = report_.outputs[0].distance;
     report_.peak_rss_bytes = peak_rss_bytes();
     report_.memory_budget_bytes = memory_;
     report_.threads = threads_;
@@ -271,11 +343,10 @@ class RemeshJob {
   // A quad with a corner of more than 143 degrees or less than 37 does better as two triangles: a
   // few in a thousand are.
   static constexpr double kLeastJacobian = 0.6;
-  // Singularities and boundaries take a little of the faces away.
-  static constexpr double kFirstGuess = 0.99;
-
   RemeshReport report_;
-  const RemeshOptions& options_;
+  const RemeshOptions options_;
+  const std::vector<std::string> names_;     ///< one a size
+  const std::vector<std::string> previews_;  ///< likewise
   RecordingProgress progress_;
   int threads_;
   oneapi::tbb::global_control parallelism_;
@@ -285,9 +356,13 @@ class RemeshJob {
   StageClock clock_;
 
   ScanMesh mesh_;
+  std::string field_hash_;            ///< of the file of directions; empty: none
+  std::size_t current_ = 0;           ///< which size is being made
+  std::optional<std::size_t> owner_;  ///< the size whose field and phases the store holds
   TargetSize target_;
   SurfaceField field_;
   double omega_ = 0.0;
+  int density_ = 2;  ///< lines a period, of the size being made
   SolveReport phase_report_;
   ArrangementReport arrangement_;
   PolygonMesh remesh_;

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace rattan {
 
@@ -16,14 +17,26 @@ enum class SolverKind { kNested, kReference };
 
 struct RemeshOptions {
   std::string scan;
+  /// With several sizes a template, see output_names.h.
   std::string output;
+
+  /// Vertices at exactly equal positions become one, also where triangles share vertices already.
+  bool merge_vertices = false;
+  /// Components of fewer triangles are dropped; 0: none.
+  std::uint64_t drop_components = 0;
+  /// Boundary loops of at most so many edges are filled; 0: none.
+  std::uint64_t fill_holes = 0;
 
   SizeKind size_kind = SizeKind::kRatio;
   /// Faces of the remesh; edge length in file units; or faces per triangle of the repaired scan.
-  double size = 0.05;
-  /// Iso-lines per period of the parameterization.
-  int density = 2;
+  /// One remesh for each.
+  std::vector<double> sizes = {0.05};
+  /// Iso-lines per period of the parameterization; 0 takes 1, or 4 for pure quads. More lines
+  /// leave fewer irregular vertices and make sizes less even.
+  int density = 0;
 
+  /// File of directions to follow instead of the curvature, see field_reader.h; empty: none.
+  std::string field;
   /// The direction field is smoothed modulo 2 pi / symmetry: 1, 2 or 4.
   int symmetry = 4;
   /// rho of PGP 4.2, in (0, 1); by default tied to the quad size.
@@ -35,6 +48,9 @@ struct RemeshOptions {
   SolverKind solver = SolverKind::kNested;
   /// Newton-CG steps that finish the nested solve.
   int newton_steps = 0;
+
+  /// Quads only, no triangle.
+  bool pure_quads = false;
 
   /// Bits per coordinate in a .drc; 0 chooses them from the quad size.
   int position_bits = 0;
@@ -51,8 +67,11 @@ struct RemeshOptions {
   std::string report;   ///< empty: none
   std::string preview;  ///< empty: none
 
-  /// The options that decide the output's bytes, as one line of text (also kept in a .drc).
-  std::string canonical() const;
+  /// With every choice made that is left to Rattan.
+  RemeshOptions resolved() const;
+  /// The options that decide the bytes of the output of this size, as one line of text (also kept
+  /// in a .drc).
+  std::string canonical(double size) const;
 };
 
 }  // namespace rattan

@@ -2,6 +2,7 @@
 #include "jobs/report.h"
 
 #include <fstream>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -23,16 +24,52 @@ Json repaired_json(const RepairCounts& r) {
 Json options_json(const RemeshOptions& o) {
   Json j;
   const char* size_names[] = {"faces", "edge_length", "ratio"};
-  j[size_names[static_cast<int>(o.size_kind)]] = o.size;
+  j[size_names[static_cast<int>(o.size_kind)]] =
+      o.sizes.size() == 1 ? Json(o.sizes[0]) : Json(o.sizes);
   j["density"] = o.density;
+  j["field"] = o.field.empty() ? Json() : Json(o.field);
   j["symmetry"] = o.symmetry;
   j["smoothing"] = o.smoothing ? Json(*o.smoothing) : Json("auto");
   j["curl_correction"] = o.curl_correction;
   j["energy"] = o.energy == Energy::kEdge ? "edge" : "triangle";
   j["solver"] = o.solver == SolverKind::kNested ? "nested" : "reference";
   j["newton_steps"] = o.newton_steps;
+  j["pure_quads"] = o.pure_quads;
   j["position_bits"] = o.position_bits;
   j["tile_size"] = o.tile_size;
+  j["merge_vertices"] = o.merge_vertices;
+  j["drop_components"] = o.drop_components;
+  j["fill_holes"] = o.fill_holes;
+  return j;
+}
+
+template <class Output, class Singularities, class Distance>
+Json output_json(const Output& o, const Singularities& s, const Distance& d) {
+  Json j;
+  j["output"] = {{"path", o.path},
+                 {"bytes", o.bytes},
+                 {"origin", {o.origin.x(), o.origin.y(), o.origin.z()}},
+                 {"target_faces", o.target_faces},
+                 {"target_met", o.target_met},
+                 {"vertices", o.vertices},
+                 {"faces", o.faces},
+                 {"quads", o.quads},
+                 {"triangles", o.triangles},
+                 {"interior_vertices", o.interior_vertices},
+                 {"irregular_vertices", o.irregular_vertices},
+                 {"bad_quads", o.bad_quads},
+                 {"components", o.components},
+                 {"boundary_loops", o.boundary_loops},
+                 {"euler", o.euler},
+                 {"mean_scaled_jacobian", o.mean_scaled_jacobian},
+                 {"min_scaled_jacobian", o.min_scaled_jacobian},
+                 {"mean_corner_deviation", o.mean_corner_deviation},
+                 {"edge_length_variation", o.edge_length_variation}};
+  j["singularities"] = {{"vertices", s.vertices}, {"edges", s.edges}, {"triangles", s.triangles}};
+  j["distance"] = {{"to_input_max", d.to_input.max},     {"to_input_rms", d.to_input.rms},
+                   {"to_input_mean", d.to_input.mean},   {"from_input_max", d.from_input.max},
+                   {"from_input_rms", d.from_input.rms}, {"from_input_mean", d.from_input.mean},
+                   {"from_input_p99", d.from_input.p99}, {"diagonal", d.diagonal}};
   return j;
 }
 
@@ -50,36 +87,19 @@ nlohmann::ordered_json to_json(const RemeshReport& r) {
                 {"euler", r.input.topology.euler()},
                 {"repaired", repaired_json(r.input.repaired)}};
   j["options"] = options_json(r.options);
-  const auto& o = r.output;
-  j["output"] = {{"path", o.path},
-                 {"bytes", o.bytes},
-                 {"origin", {o.origin.x(), o.origin.y(), o.origin.z()}},
-                 {"target_faces", o.target_faces},
-                 {"target_met", o.target_met},
-                 {"vertices", o.vertices},
-                 {"faces", o.faces},
-                 {"quads", o.quads},
-                 {"triangles", o.triangles},
-                 {"interior_vertices", o.interior_vertices},
-                 {"irregular_vertices", o.irregular_vertices},
-                 {"components", o.components},
-                 {"boundary_loops", o.boundary_loops},
-                 {"euler", o.euler},
-                 {"mean_scaled_jacobian", o.mean_scaled_jacobian},
-                 {"min_scaled_jacobian", o.min_scaled_jacobian},
-                 {"mean_corner_deviation", o.mean_corner_deviation},
-                 {"edge_length_variation", o.edge_length_variation}};
-  j["singularities"] = {{"vertices", r.singularities.vertices},
-                        {"edges", r.singularities.edges},
-                        {"triangles", r.singularities.triangles}};
-  j["distance"] = {{"to_input_max", r.distance.to_input.max},
-                   {"to_input_rms", r.distance.to_input.rms},
-                   {"to_input_mean", r.distance.to_input.mean},
-                   {"from_input_max", r.distance.from_input.max},
-                   {"from_input_rms", r.distance.from_input.rms},
-                   {"from_input_mean", r.distance.from_input.mean},
-                   {"from_input_p99", r.distance.from_input.p99},
-                   {"diagonal", r.distance.diagonal}};
+  const Json first = output_json(r.output, r.singularities, r.distance);
+  j["output"] = first["output"];
+  j["singularities"] = first["singularities"];
+  j["distance"] = first["distance"];
+  j["outputs"] = Json::array();
+  for (const RemeshReport::Finished& f : r.outputs) {
+    const Json figures = output_json(f.output, f.singularities, f.distance);
+    Json entry = figures["output"];
+    entry["singularities"] = figures["singularities"];
+    entry["distance"] = figures["distance"];
+    entry["shared_with"] = f.shared_with.empty() ? Json() : Json(f.shared_with);
+    j["outputs"].push_back(std::move(entry));
+  }
   j["stages"] = Json::array();
   for (const StageRecord& s : r.stages) {
     j["stages"].push_back({{"name", s.name},

@@ -47,6 +47,7 @@ struct RemeshReport {
     std::uint64_t triangles = 0;
     std::uint64_t interior_vertices = 0;
     std::uint64_t irregular_vertices = 0;  ///< interior, valence other than 4
+    std::uint64_t bad_quads = 0;  ///< scaled Jacobian <= 0; without pure_quads there is none
     std::uint64_t components = 0;
     std::uint64_t boundary_loops = 0;
     std::int64_t euler = 0;
@@ -61,6 +62,15 @@ struct RemeshReport {
     std::uint64_t triangles = 0;
   } singularities;
   DistanceReport distance;
+  /// One a size, as asked for; `output`, `singularities` and `distance` are those of the first.
+  struct Finished {
+    decltype(RemeshReport::output) output;
+    decltype(RemeshReport::singularities) singularities;
+    decltype(RemeshReport::distance) distance;
+    /// The output whose parameterization this one was made from; empty if it has its own.
+    std::string shared_with;
+  };
+  std::vector<Finished> outputs;
   std::vector<StageRecord> stages;
   std::vector<SolveReport> solver;
   std::vector<std::string> warnings;

@@ -12,7 +12,7 @@ struct TargetSize {
   double quad_side = 0.0;  ///< length; sqrt(area / faces)
 };
 
-TargetSize target_size(const RemeshOptions& options, const ScanMesh& mesh);
+TargetSize target_size(SizeKind kind, double size, const ScanMesh& mesh);
 
 /// Whether `faces` meets the target within the promised 15 %.
 bool meets_target(double faces, const TargetSize& target);

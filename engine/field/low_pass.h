@@ -12,6 +12,7 @@ namespace rattan {
 struct LowPassOptions {
   /// Root mean square reach of the filter, a length; 0 copies the positions.
   double radius = 0.0;
+  bool operator==(const LowPassOptions&) const = default;
 };
 
 /// The reach that `wanted` (a length) is cut down to, so that thin parts keep their girth: a few

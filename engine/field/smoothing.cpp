@@ -23,6 +23,7 @@ struct State {
   HaloView<Vec3f> normals;
   HaloView<Vec3f> positions;
   ChunkView<CurvatureMeasure> curvature;
+  ChunkView<VertexDirection> wanted;
   ChunkView<float> weight;
   ChunkView<float> diagonal;
   ChunkView<float> area;
@@ -73,6 +74,19 @@ Fit curvature_fit(const CurvatureMeasure& m, const TangentFrame& frame, int n,
   return f;
 }
 
+/// The given vector's part in the tangent plane; the steeper it stands, the less it says.
+Fit wanted_fit(const VertexDirection& wanted, const TangentFrame& frame, int n) {
+  const Vec3d v = wanted.direction.cast<double>();
+  const double length = v.norm();
+  Fit f;
+  if (length > 0.0 && wanted.fidelity > 0.0F) {
+    const Complexd z = power_of(frame, v / length, n);
+    f.target = unit_or(z, Complexd(0.0, 0.0));
+    f.weight = static_cast<double>(wanted.fidelity) * std::sqrt(std::norm(z));
+  }
+  return f;
+}
+
 void assemble_tile(State& s, const SmoothingOptions& options) {
   const std::vector<Vec3f> normals = s.normals.gather();
   const std::vector<Vec3f> p = s.positions.gather();
@@ -96,7 +110,14 @@ void assemble_tile(State& s, const SmoothingOptions& options) {
           Complex(static_cast<float>(w * z.real()), static_cast<float>(w * z.imag()));
     }
     Fit f;
-    if (options.align_boundary && n == 4 && (s.fans.flags[i] & kOnBoundary) != 0) {
+    const bool given = s.wanted.size() > 0;
+    if (given) {
+      f = wanted_fit(s.wanted[i], frames[i], n);
+      f.weight *= static_cast<double>(s.area[i]) * per_area;
+    }
+    if (f.weight > 0.0) {
+      // As given, also at the boundary.
+    } else if (options.align_boundary && n == 4 && (s.fans.flags[i] & kOnBoundary) != 0) {
       // Both boundary edges, each by its length; modulo a quarter turn a right-angled corner
       // agrees.
       const Vec3d at = p[i].cast<double>();
@@ -104,7 +125,7 @@ void assemble_tile(State& s, const SmoothingOptions& options) {
                            power_of(frames[i], p[neighbor[row[i + 1] - 1]].cast<double>() - at, n);
       f.target = unit_or(sum, Complexd(0.0, 0.0));
       f.weight = kBoundaryFit * static_cast<double>(s.diagonal[i]);
-    } else {
+    } else if (!given) {
       f = curvature_fit(s.curvature[i], frames[i], n, options.floor_curvature);
       f.weight *= static_cast<double>(s.area[i]) * per_area;
     }
@@ -130,7 +151,11 @@ double assemble_smoothing(Store& store, const ScanMesh& mesh, const SmoothingOpt
         s.fans.load(store, id);
         s.normals.load(store, fields::kNormal, fields::kMeshHalo, id);
         s.positions.load(store, fields::kSmoothPosition, fields::kMeshHalo, id);
-        s.curvature = read(store, fields::kCurvature, id);
+        if (mesh.has_directions) {
+          s.wanted = read(store, fields::kWantedDirection, id);
+        } else {
+          s.curvature = read(store, fields::kCurvature, id);
+        }
         s.weight = read(store, fields::kEdgeWeight, id);
         s.diagonal = read(store, fields::kDiagonal, id);
         s.area = read(store, fields::kVertexArea, id);

@@ -85,6 +85,12 @@ class TriangleArranger {
     bool second;             // this chord is the later one of the two
   };
 
+  struct Later {
+    std::uint32_t chord;
+    std::uint32_t place;  // among the chords that cross that one and began before it
+  };
+  static constexpr std::uint32_t kManyPorts = 48;
+
   void join(std::uint32_t p, std::uint32_t q) {
     partner_[p] = q;
     partner_[q] = p;
@@ -205,36 +211,16 @@ class TriangleArranger {
       }
     }
     const auto first_crossing = static_cast<std::uint32_t>(a_.crossings.size());
+    if (ports > kManyPorts) {
+      sweep_entries(first_crossing);
+    } else {
+      scan_entries(first_crossing);
+    }
     std::uint32_t segments = 0;
     for (std::uint32_t i = 0; i < chords_.size(); ++i) {
-      Chord& x = chords_[i];
-      x.first_entry = static_cast<std::uint32_t>(entries_.size());
-      x.first_segment = segments;
-      for (std::uint32_t q = x.a + 1; q < x.b; ++q) {
-        const std::uint32_t p = partner_[q];
-        if (p == kNone || (p > x.a && p < x.b)) {
-          continue;
-        }
-        if (p > x.b) {
-          const auto id = static_cast<std::uint32_t>(a_.crossings.size()) - first_crossing;
-          Crossing crossing;
-          crossing.triangle = triangle_;
-          crossing.index = id;
-          crossing.position = intersect(x.a, x.b, q, p);
-          a_.crossings.push_back(crossing);
-          entries_.push_back({q, id, false});
-        } else {
-          // The other chord came first and listed this one under our first port.
-          const Chord& y = chords_[chord_at_[p]];
-          const Entry* first = entries_.data() + y.first_entry;
-          const Entry* last = entries_.data() + chords_[chord_at_[p] + 1].first_entry;
-          const Entry* e = std::lower_bound(
-              first, last, x.a, [](const Entry& l, std::uint32_t port) { return l.port < port; });
-          ensure(e != last && e->port == x.a, "chords of a triangle agree on their crossings");
-          entries_.push_back({q, e->crossing, true});
-        }
-      }
-      segments += static_cast<std::uint32_t>(entries_.size()) - x.first_entry + 1;
+      const std::size_t end = i + 1 < chords_.size() ? chords_[i + 1].first_entry : entries_.size();
+      chords_[i].first_segment = segments;
+      segments += static_cast<std::uint32_t>(end) - chords_[i].first_entry + 1;
     }
     chords_.push_back({0, 0, static_cast<std::uint32_t>(entries_.size()), segments});  // sentinel
 
@@ -258,6 +244,97 @@ class TriangleArranger {
       }
       a_.point_darts[point_[x.a]][dart_slot(x.a)] = 2 * (base + x.first_segment);
       a_.point_darts[point_[x.b]][dart_slot(x.b)] = 2 * (base + x.first_segment + n) + 1;
+    }
+  }
+
+  /// Where a chord crosses a later one, which begins at port q.
+  std::uint32_t add_crossing(const Chord& x, std::uint32_t q, std::uint32_t first_crossing) {
+    const auto id = static_cast<std::uint32_t>(a_.crossings.size()) - first_crossing;
+    Crossing crossing;
+    crossing.triangle = triangle_;
+    crossing.index = id;
+    crossing.position = intersect(x.a, x.b, q, partner_[q]);
+    a_.crossings.push_back(crossing);
+    return id;
+  }
+
+  /// Looks at all ports between the ends of each chord: quickest for a few.
+  void scan_entries(std::uint32_t first_crossing) {
+    for (std::uint32_t i = 0; i < chords_.size(); ++i) {
+      Chord& x = chords_[i];
+      x.first_entry = static_cast<std::uint32_t>(entries_.size());
+      for (std::uint32_t q = x.a + 1; q < x.b; ++q) {
+        const std::uint32_t p = partner_[q];
+        if (p == kNone || (p > x.a && p < x.b)) {
+          continue;
+        }
+        if (p > x.b) {
+          entries_.push_back({q, add_crossing(x, q, first_crossing), false});
+        } else {
+          // The other chord came first and listed this one under our first port.
+          const Chord& y = chords_[chord_at_[p]];
+          const Entry* first = entries_.data() + y.first_entry;
+          const Entry* last = entries_.data() + chords_[chord_at_[p] + 1].first_entry;
+          const Entry* e = std::lower_bound(
+              first, last, x.a, [](const Entry& l, std::uint32_t port) { return l.port < port; });
+          ensure(e != last && e->port == x.a, "chords of a triangle agree on their crossings");
+          entries_.push_back({q, e->crossing, true});
+        }
+      }
+    }
+  }
+
+  /// The same in time linear in ports and crossings, for needles that thousands of lines cross: the
+  /// chords still open behind one that ends are those that began within it and go on.
+  void sweep_entries(std::uint32_t first_crossing) {
+    const auto chords = static_cast<std::uint32_t>(chords_.size());
+    before_.assign(chords + 1, kNone);
+    behind_.assign(chords + 1, kNone);  // the last place stands for the ends of the list
+    before_[chords] = behind_[chords] = chords;
+    later_.clear();
+    later_begin_.assign(chords, {0, 0});
+    earlier_begin_.assign(chords + 1, 0);
+    for (std::uint32_t q = 0; q < partner_.size(); ++q) {
+      const std::uint32_t c = chord_at_[q];
+      if (c == kNone) {
+        continue;
+      }
+      if (chords_[c].a == q) {
+        before_[c] = before_[chords];
+        behind_[c] = chords;
+        behind_[before_[c]] = c;
+        before_[chords] = c;
+        continue;
+      }
+      later_begin_[c][0] = static_cast<std::uint32_t>(later_.size());
+      for (std::uint32_t x = behind_[c]; x != chords; x = behind_[x]) {
+        later_.push_back({x, earlier_begin_[x + 1]++});
+      }
+      later_begin_[c][1] = static_cast<std::uint32_t>(later_.size());
+      behind_[before_[c]] = behind_[c];
+      before_[behind_[c]] = before_[c];
+    }
+    for (std::uint32_t c = 0; c < chords; ++c) {
+      earlier_begin_[c + 1] += earlier_begin_[c];
+    }
+    earlier_.resize(later_.size());
+    for (std::uint32_t i = 0; i < chords; ++i) {
+      Chord& x = chords_[i];
+      x.first_entry = static_cast<std::uint32_t>(entries_.size());
+      std::uint32_t l = later_begin_[i][0];
+      std::uint32_t e = earlier_begin_[i];
+      while (l < later_begin_[i][1] || e < earlier_begin_[i + 1]) {
+        if (e == earlier_begin_[i + 1] ||
+            (l < later_begin_[i][1] && chords_[later_[l].chord].a < earlier_[e].port)) {
+          const Later& other = later_[l++];
+          const std::uint32_t q = chords_[other.chord].a;
+          const std::uint32_t id = add_crossing(x, q, first_crossing);
+          entries_.push_back({q, id, false});
+          earlier_[earlier_begin_[other.chord] + other.place] = {x.b, id, true};
+        } else {
+          entries_.push_back(earlier_[e++]);
+        }
+      }
     }
   }
 
@@ -388,6 +465,11 @@ class TriangleArranger {
   std::vector<Chord> chords_;
   std::vector<Entry> entries_;
   std::vector<std::uint32_t> chord_at_;
+  std::vector<std::uint32_t> before_, behind_;  // open chords, by where they began
+  std::vector<Later> later_;
+  std::vector<std::array<std::uint32_t, 2>> later_begin_;
+  std::vector<Entry> earlier_;
+  std::vector<std::uint32_t> earlier_begin_;
   std::vector<std::uint32_t> next_;
   std::vector<std::uint32_t> cell_;
   std::vector<std::uint32_t> gap_cell_;

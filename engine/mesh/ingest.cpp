@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "engine/mesh/direction_join.h"
 #include "engine/mesh/external_sort.h"
 #include "engine/mesh/refine.h"
 #include "engine/mesh/reindex.h"
@@ -179,6 +180,12 @@ class IngestRun {
     order_.run(input, triangles);
     in_.positions_.erase();
     in_.colours_.erase();
+    mesh_.has_directions = in_.directions_.size() > 0;
+    if (mesh_.has_directions) {
+      ensure(in_.directions_.size() == in_.vertices_, "each vertex has a direction, or none has");
+      rank_directions(store_, in_.directions_, order_.ids(), options_);
+      in_.directions_.erase();
+    }
     mesh_.repaired.merged_vertices = order_.merged();
     if (order_.merged() == 0) {
       mesh_.repaired.triangle_soup = 0;  // pieces that touch nowhere
@@ -380,6 +387,7 @@ class IngestRun {
     ChunkView<std::uint32_t> patch_of;
     ChunkView<Vec3f> positions;
     ChunkView<Rgba> colours;
+    ChunkView<VertexDirection> directions;
     TileArrays arrays;
   };
 
@@ -399,6 +407,9 @@ class IngestRun {
           s.positions = read(store_, kRankedPosition, tile);
           if (mesh_.has_colours) {
             s.colours = read(store_, kRankedColour, tile);
+          }
+          if (mesh_.has_directions) {
+            s.directions = read(store_, kRankedDirection, tile);
           }
         },
         [&](TileId tile, TileState& s) {
@@ -434,6 +445,9 @@ class IngestRun {
           if (mesh_.has_colours) {
             write(store_, fields::kColour, tile, a.colours);
           }
+          if (mesh_.has_directions) {
+            write_directions(tile, s.directions.span(), s.source.span());
+          }
           write(store_, fields::kTriangle, tile, a.triangles);
           write(store_, fields::kVertexFlag, tile, a.flags);
           write(store_, fields::kMeshHalo.halo_ids, tile, a.halo_ids);
@@ -451,9 +465,20 @@ class IngestRun {
     mesh_.box_max = box_max.cast<double>();
   }
 
+  /// `source`: the rank within the block of each owned vertex; empty if they are the same.
+  void write_directions(TileId tile, std::span<const VertexDirection> ranked,
+                        std::span<const std::uint32_t> source) {
+    std::vector<VertexDirection> owned(mesh_.layout.tiles[tile.value].owned);
+    for (std::uint32_t v = 0; v < owned.size(); ++v) {
+      owned[v] = ranked[source.empty() ? v : source[v]];
+    }
+    write(store_, fields::kWantedDirection, tile, owned);
+  }
+
   void erase_scratch() {
-    for (const std::string_view name : {kRankedPosition.name, kRankedColour.name, kRepaired.name,
-                                        kForeign.name, kSource.name, kPatchOf.name}) {
+    for (const std::string_view name :
+         {kRankedPosition.name, kRankedColour.name, kRankedDirection.name, kRepaired.name,
+          kForeign.name, kSource.name, kPatchOf.name}) {
       store_.erase(name);
     }
   }
@@ -482,8 +507,10 @@ Ingest::Ingest(Store& store, IngestOptions options)
       options_(std::move(options)),
       positions_(store, "ingest/raw_position", options_.spool_block_bytes),
       colours_(store, "ingest/raw_colour", options_.spool_block_bytes),
+      directions_(store, "ingest/raw_direction", options_.spool_block_bytes),
       narrow_(store, "ingest/raw_triangle", options_.spool_block_bytes),
-      wide_(store, "ingest/raw_wide_triangle", options_.spool_block_bytes) {
+      wide_(store, "ingest/raw_wide_triangle", options_.spool_block_bytes),
+      polygons_(store, options_.spool_block_bytes) {
   ensure(options_.tile_size > 0, "a tile holds at least one vertex");
 }
 
@@ -509,6 +536,10 @@ void Ingest::pad_colours(std::uint64_t count) {
   }
 }
 
+void Ingest::add_directions(std::span<const VertexDirection> directions) {
+  directions_.append(directions);
+}
+
 void Ingest::add_triangles(std::span<const std::array<std::uint64_t, 3>> triangles) {
   triangles_ += triangles.size();
   std::array<std::array<std::uint32_t, 3>, 256> buffer;
@@ -531,6 +562,34 @@ void Ingest::add_triangles(std::span<const std::array<std::uint64_t, 3>> triangl
   wide_.append(triangles);
 }
 
+void Ingest::add_polygons(std::span<const std::uint32_t> sizes,
+                          std::span<const std::uint64_t> corners) {
+  polygons_.add(sizes, corners);
+}
+
+std::uint64_t Ingest::cut_polygons() {
+  if (polygons_.empty()) {
+    return 0;
+  }
+  std::vector<PolygonCutter::Triangle> widened;
+  const auto source = [&](const std::function<void(std::span<const PolygonCutter::Triangle>)>& f) {
+    narrow_.for_each_block([&](std::span<const std::array<std::uint32_t, 3>> block) {
+      widened.clear();
+      for (const auto& t : block) {
+        widened.push_back({t[0], t[1], t[2]});
+      }
+      f(widened);
+    });
+    wide_.for_each_block(f);
+  };
+  const PolygonCutter::Counts counts = polygons_.cut(
+      source, [&](std::span<const PolygonCutter::Triangle> block) { add_triangles(block); },
+      options_.memory_bytes);
+  narrow_.finish();
+  wide_.finish();
+  return counts.duplicates;
+}
+
 ScanMesh Ingest::finish(TaskGraph& graph) {
   Reservation memory;
   if (options_.budget != nullptr) {
@@ -541,12 +600,15 @@ ScanMesh Ingest::finish(TaskGraph& graph) {
   }
   positions_.finish();
   colours_.finish();
+  directions_.finish();
   narrow_.finish();
   wide_.finish();
+  const std::uint64_t duplicates = cut_polygons();
   // One bit of an index is spared for the re-indexing.
   const bool narrow = !options_.wide_ids && vertices_ < 0x7fffffffU;
   ScanMesh mesh = narrow ? IngestRun<std::uint32_t>(*this).run(graph)
                          : IngestRun<std::uint64_t>(*this).run(graph);
+  mesh.repaired.duplicate_triangles += duplicates;
   if (options_.drop_components > 0 || options_.fill_holes > 0) {
     refine_scan(store_, mesh, options_, graph);
   }

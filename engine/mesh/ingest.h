@@ -15,6 +15,7 @@
 #include "engine/core/spool.h"
 #include "engine/core/store.h"
 #include "engine/core/task_graph.h"
+#include "engine/mesh/polygon_cutter.h"
 #include "engine/mesh/scan_sink.h"
 #include "engine/mesh/tile_mesh.h"
 
@@ -60,6 +61,11 @@ class Ingest final : public ScanSink {
   void add_vertices(std::span<const Vec3d> positions) override;
   void add_colours(std::span<const Rgba> colours) override;
   void add_triangles(std::span<const std::array<std::uint64_t, 3>> triangles) override;
+  void add_polygons(std::span<const std::uint32_t> sizes,
+                    std::span<const std::uint64_t> corners) override;
+  /// Directions of the vertices in the order they came, at any time before finish: for all vertices
+  /// or for none.
+  void add_directions(std::span<const VertexDirection> directions);
 
   /// Writes the fields of tile_mesh.h. Repairs on the way and counts it in ScanMesh::repaired:
   /// equal positions are merged as the options say; triangles that repeat an index, duplicates, and
@@ -80,6 +86,8 @@ class Ingest final : public ScanSink {
 
   /// White for those that came without, as some of another block have colours.
   void pad_colours(std::uint64_t count);
+  /// Turns the polygons into triangles, after all of these; how many repeated polygons made none.
+  std::uint64_t cut_polygons();
 
   Store& store_;
   IngestOptions options_;
@@ -88,9 +96,11 @@ class Ingest final : public ScanSink {
   std::uint64_t non_finite_ = 0;
   Spool<Vec3d> positions_;
   Spool<Rgba> colours_;  ///< empty, or one a vertex
+  Spool<VertexDirection> directions_;  ///< empty, or one a vertex
   /// Triangles as long as every index fits 32 bits, and all after the first that doesn't.
   Spool<std::array<std::uint32_t, 3>> narrow_;
   Spool<std::array<std::uint64_t, 3>> wide_;
+  PolygonCutter polygons_;
 };
 
 /// The point that stored positions are relative to: per axis zero if coordinates are not large

@@ -421,6 +421,9 @@ void feed(Store& store, const ScanMesh& scan, const SmallComponents& small, cons
       const ChunkView<Rgba> colours = read(store, fields::kColour, TileId(t));
       again.add_colours(colours.span().first(mesh.extent.owned));
     }
+    if (scan.has_directions) {
+      again.add_directions(read(store, fields::kWantedDirection, TileId(t)).span());
+    }
     const std::vector<std::uint8_t> keep = small.kept(tile);
     triangles.clear();
     for (const LocalTriangle& c : mesh.triangles.span().first(mesh.counts.owned)) {
@@ -435,14 +438,18 @@ void feed(Store& store, const ScanMesh& scan, const SmallComponents& small, cons
     if (scan.has_colours) {
       again.add_colours(filling.colours);
     }
+    if (scan.has_directions) {
+      again.add_directions(
+          std::vector<VertexDirection>(filling.positions.size(), VertexDirection{}));
+    }
   }
   again.add_triangles(filling.triangles);
 }
 
 void erase_tiles(Store& store) {
   for (const std::string_view name :
-       {fields::kPosition.name, fields::kColour.name, fields::kTriangle.name,
-        fields::kVertexFlag.name, fields::kMeshHalo.halo_ids.name,
+       {fields::kPosition.name, fields::kColour.name, fields::kWantedDirection.name,
+        fields::kTriangle.name, fields::kVertexFlag.name, fields::kMeshHalo.halo_ids.name,
         fields::kMeshHalo.halo_slots.name, fields::kMeshHalo.border.name}) {
     store.erase(name);
   }

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "engine/field/curvature.h"
-#include "engine/field/low_pass.h"
 #include "engine/param/periodic_energy.h"
 
 namespace rattan {
@@ -46,17 +44,22 @@ double fitting_length(const ScanMesh& mesh, const FieldOptions& options) {
 }  // namespace
 
 SurfaceField prepare_geometry(Store& store, const ScanMesh& mesh, const FieldOptions& options,
-                              TaskGraph& tasks) {
+                              TaskGraph& tasks, const SurfaceField* previous) {
   SurfaceField field;
   field.options = options;
-  build_vertex_graph(store, mesh, tasks);
-  LowPassOptions low_pass;
-  low_pass.radius = capped_low_pass_radius(mesh, options.low_pass * options.quad_side);
-  low_pass_positions(store, mesh, low_pass, tasks);
-  GeometryOptions geometry;
-  geometry.energy = options.energy;
-  geometry.curvature_rounds = curvature_rounds(mesh, options.curvature_reach * options.quad_side);
-  field.area = prepare_surface(store, mesh, geometry, tasks);
+  field.low_pass.radius = capped_low_pass_radius(mesh, options.low_pass * options.quad_side);
+  field.geometry.energy = options.energy;
+  field.geometry.curvature_rounds =
+      curvature_rounds(mesh, options.curvature_reach * options.quad_side);
+  if (previous == nullptr) {
+    build_vertex_graph(store, mesh, tasks);
+  } else if (field.low_pass == previous->low_pass && field.geometry == previous->geometry) {
+    field.area = previous->area;
+    field.hierarchy = previous->hierarchy;
+    return field;
+  }
+  low_pass_positions(store, mesh, field.low_pass, tasks);
+  field.area = prepare_surface(store, mesh, field.geometry, tasks);
   field.hierarchy = build_hierarchy(store, mesh.layout, fields::kMeshHalo,
                                     {fields::kRowBegin, fields::kNeighbor, fields::kEdgeWeight},
                                     options.hierarchy, tasks);
@@ -100,8 +103,8 @@ SolveReport parameterize(Store& store, const ScanMesh& mesh, const SurfaceField&
 }
 
 SurfaceField compute_field(Store& store, const ScanMesh& mesh, const FieldOptions& options,
-                           TaskGraph& tasks) {
-  SurfaceField field = prepare_geometry(store, mesh, options, tasks);
+                           TaskGraph& tasks, const SurfaceField* previous) {
+  SurfaceField field = prepare_geometry(store, mesh, options, tasks, previous);
   smooth_field(store, mesh, field, tasks);
   correct_curl(store, mesh, field, tasks);
   return field;

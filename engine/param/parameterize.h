@@ -10,6 +10,8 @@
 
 #include "engine/core/task_graph.h"
 #include "engine/field/curl_correction.h"
+#include "engine/field/curvature.h"
+#include "engine/field/low_pass.h"
 #include "engine/field/smoothing.h"
 #include "engine/mesh/tile_mesh.h"
 #include "engine/solve/solver.h"
@@ -64,14 +66,18 @@ struct ParamOptions {
 /// What the stages pass on in memory; the rest is in the store.
 struct SurfaceField {
   FieldOptions options;
+  LowPassOptions low_pass;   ///< what prepare_geometry made of the options
+  GeometryOptions geometry;  ///< likewise
   std::shared_ptr<const Hierarchy> hierarchy;
   double area = 0.0;  ///< of the low-passed surface
   std::vector<SolveReport> reports;
 };
 
-/// Vertex graph, low-passed positions, weights, normals, curvature, hierarchy.
+/// Vertex graph, low-passed positions, weights, normals, curvature, hierarchy. `previous`: what an
+/// earlier call for the same scan and store returned; what these options don't change is kept, the
+/// result is the same.
 SurfaceField prepare_geometry(Store& store, const ScanMesh& mesh, const FieldOptions& options,
-                              TaskGraph& tasks);
+                              TaskGraph& tasks, const SurfaceField* previous = nullptr);
 
 /// Smoothed directions: writes fields::kFrame with scale 1; adds its report to `field`.
 void smooth_field(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskGraph& tasks);
@@ -85,6 +91,6 @@ SolveReport parameterize(Store& store, const ScanMesh& mesh, const SurfaceField&
 
 /// prepare_geometry, smooth_field and correct_curl.
 SurfaceField compute_field(Store& store, const ScanMesh& mesh, const FieldOptions& options,
-                           TaskGraph& tasks);
+                           TaskGraph& tasks, const SurfaceField* previous = nullptr);
 
 }  // namespace rattan

@@ -205,12 +205,17 @@ DistanceReport measure_distances(const PolygonMesh& remesh, Store& store, const 
                                  TaskGraph& graph) {
   ensure(options.scan_stride > 0, "the stride is positive");
   DistanceReport r;
-  r.diagonal = scan.diagonal();
+  r.diagonal = scan.diagonal() * scan.unit;
   if (remesh.face_count() == 0 || scan.topology.triangles == 0) {
     return r;
   }
   r.from_input = scan_to_remesh(remesh, store, scan, options, graph).figures();
   r.to_input = remesh_to_scan(remesh, projector, options, graph).figures();
+  for (OneWayDistances* d : {&r.from_input, &r.to_input}) {
+    for (double* length : {&d->mean, &d->rms, &d->p99, &d->max}) {
+      *length *= scan.unit;
+    }
+  }
   const std::uint64_t vertices = scan.layout.node_count;
   r.scan_share = static_cast<double>((vertices + options.scan_stride - 1) / options.scan_stride) /
                  static_cast<double>(vertices);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/core/types.h"
+#include "engine/mesh/scan_sink.h"
 
 namespace rattan {
 
@@ -21,7 +22,18 @@ struct PolygonMesh {
   std::vector<std::uint64_t> scan_triangle;
   /// Optional, one a vertex: kBoundaryVertex, kCornerVertex, ...
   std::vector<std::uint8_t> vertex_flags;
+  /// Optional, one a vertex; set on the finished mesh (transfer_colours).
+  std::vector<Rgba> colours;
 
+  /// Whether any colour is not opaque.
+  bool has_alpha() const {
+    for (const Rgba& c : colours) {
+      if (c[3] != 255) {
+        return true;
+      }
+    }
+    return false;
+  }
   std::size_t vertex_count() const { return positions.size(); }
   std::size_t face_count() const { return face_begin.size() - 1; }
   std::size_t degree(std::size_t face) const { return face_begin[face + 1] - face_begin[face]; }

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include "engine/remesh/quadrangulate.h"
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
 #include "engine/core/errors.h"
+#include "engine/layout/disjoint_sets.h"
 #include "engine/remesh/balance.h"
 #include "engine/remesh/cell_map.h"
+#include "engine/remesh/collapse_quads.h"
 #include "engine/remesh/edge_sort.h"
+#include "engine/remesh/join_triangles.h"
 #include "engine/remesh/pair_triangles.h"
 #include "engine/remesh/quality.h"
 #include "engine/remesh/repair.h"
@@ -22,6 +26,26 @@ std::uint64_t count_triangles(const CellMap& map) {
     count += map.is_cell(f) && map.degree(f) == 3;
   }
   return count;
+}
+
+/// One a face: 1 if its component holds a triangle.
+std::vector<std::uint8_t> in_components_with_triangles(const PolygonMesh& mesh) {
+  layout::DisjointSets sets(mesh.vertex_count());
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    for (const std::uint32_t v : mesh.face(f)) {
+      sets.unite(mesh.face(f)[0], v);
+    }
+  }
+  std::vector<std::uint8_t> odd(mesh.vertex_count(), 0), chosen(mesh.face_count());
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    if (mesh.degree(f) == 3) {
+      odd[sets.find(mesh.face(f)[0])] = 1;
+    }
+  }
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    chosen[f] = odd[sets.find(mesh.face(f)[0])];
+  }
+  return chosen;
 }
 
 /// One round: divides the quads that are bad now and insets those that this leaves undividable.
@@ -94,18 +118,27 @@ PolygonMesh quadrangulate(CellComplex&& cells, const QuadrangulateOptions& optio
   const PairReport paired = pair_triangles(map, options.pair_between);
   report.triangle_pairs = paired.pairs;
   report.border_triangles = paired.at_border;
+  if (options.pure_quads) {
+    report.collapsed = collapse_irregular(map);
+    report.joined = join_triangles(map);
+    report.collapsed += collapse_irregular(map);
+  }
   const BalanceReport balanced = balance_valences(map);
   report.balanced = balanced.collapsed + balanced.turned;
   const RepairReport repaired = repair(map);
   report.doublets = repaired.doublets;
   report.insets += repaired.insets;
   const bool subdivide = options.pure_quads && count_triangles(map) > 0;
-  report.subdivided = subdivide;
   PolygonMesh mesh = map.to_mesh();
-  return subdivide ? subdivide_to_quads(std::move(mesh)) : mesh;
+  if (subdivide) {
+    const std::vector<std::uint8_t> chosen = in_components_with_triangles(mesh);
+    report.subdivided = static_cast<std::uint64_t>(std::count(chosen.begin(), chosen.end(), 1));
+    return subdivide_to_quads(std::move(mesh), chosen);
+  }
+  return mesh;
 }
 
-PolygonMesh subdivide_to_quads(PolygonMesh&& mesh) {
+PolygonMesh subdivide_to_quads(PolygonMesh&& mesh, std::span<const std::uint8_t> chosen) {
   const bool origins = !mesh.scan_triangle.empty();
   const std::vector<FaceSide> sides = sorted_sides(mesh);
   PolygonMesh fine;
@@ -128,6 +161,10 @@ PolygonMesh subdivide_to_quads(PolygonMesh&& mesh) {
     while (j < sides.size() && sides[j].low == a.low && sides[j].high == a.high) {
       ++j;
     }
+    if (!chosen.empty() && chosen[a.face] == 0) {
+      i = j;
+      continue;
+    }
     const Vec3d p = 0.5 * (fine.positions[a.low] + fine.positions[a.high]);
     const std::uint32_t v = add(p, a.low, j - i == 1 ? kBoundaryVertex : std::uint8_t{0});
     for (; i < j; ++i) {
@@ -135,6 +172,10 @@ PolygonMesh subdivide_to_quads(PolygonMesh&& mesh) {
     }
   }
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    if (!chosen.empty() && chosen[f] == 0) {
+      fine.add_face(mesh.face(f));
+      continue;
+    }
     const std::size_t begin = mesh.face_begin[f], n = mesh.degree(f);
     Vec3d centre = Vec3d::Zero();
     for (const std::uint32_t v : mesh.face(f)) {

@@ -8,6 +8,7 @@
 
 #include "engine/layout/cell_complex.h"
 #include "engine/remesh/clean.h"
+#include "engine/remesh/join_triangles.h"
 #include "engine/remesh/polygon_mesh.h"
 
 namespace rattan {
@@ -20,8 +21,8 @@ struct QuadrangulateOptions {
   /// Strips of at most so many quads between two triangles, or between a triangle and the boundary,
   /// are re-split.
   std::uint32_t pair_between = 4;
-  /// Ends with one step of subdivision where a triangle is left: four quads a quad, three a
-  /// triangle; ask for twice the side then.
+  /// The last triangles are joined by new lines (join_triangles.h); a component where that cannot
+  /// be done, of a few faces at most, is subdivided instead.
   bool pure_quads = false;
 };
 
@@ -34,7 +35,9 @@ struct QuadrangulateReport {
   std::uint64_t border_triangles = 0;  ///< triangles removed along strips to the boundary
   std::uint64_t balanced = 0;          ///< exchanges that left fewer irregular vertices
   std::uint64_t doublets = 0;          ///< vertices of valence two removed
-  bool subdivided = false;
+  std::uint64_t collapsed = 0;         ///< quads taken out for the sake of valences
+  JoinReport joined;                   ///< for pure quads
+  std::uint64_t subdivided = 0;        ///< faces of components subdivided for pure quads
 };
 
 /// All faces have three or four corners; no face repeats a vertex, no two edges join the same
@@ -48,8 +51,9 @@ PolygonMesh quadrangulate(CellComplex&& cells, const QuadrangulateOptions& optio
                           QuadrangulateReport& report, std::span<const Vec3d> normals = {});
 
 /// Divides each face around its centre into quads, one a corner, with a new vertex on each edge.
-/// Keeps every guarantee above.
-PolygonMesh subdivide_to_quads(PolygonMesh&& mesh);
+/// Keeps every guarantee above. `chosen`: one a face, 0 for those to leave as they are; alike in a
+/// component, or empty for all.
+PolygonMesh subdivide_to_quads(PolygonMesh&& mesh, std::span<const std::uint8_t> chosen = {});
 
 /// Divides each quad whose scaled Jacobian (see quality.h) is at most `least` by its better
 /// diagonal into two triangles, around a centre vertex into four if both diagonals are edges

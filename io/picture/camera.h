@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <span>
+#include <vector>
 
 #include "engine/core/types.h"
 
@@ -15,6 +18,8 @@ class Camera {
     int up_axis = 1;         ///< 0, 1, 2 for x, y, z
     double azimuth = 0.5;    ///< radians about the up axis, from the front to the right
     double elevation = 0.3;  ///< radians above the ground plane
+    /// Unit; the exact way up of what stands askew in its coordinates. Zero: the axis itself.
+    Vec3d up{0.0, 0.0, 0.0};
   };
   /// Three-quarter view of a box with the given axis up; a flat one is seen from above, whatever
   /// its thinnest axis. With y up the front faces z, with z up it faces -y, as scanners and
@@ -38,6 +43,9 @@ class Camera {
   void include(std::span<const Vec3f> points);
   /// The frame in a picture of width x height with a margin (a fraction of the smaller side).
   void fit(int width, int height, double margin);
+  /// Enlarges the picture `factor` (at least 1) times around a point (world), as far as that shows
+  /// nothing beyond the picture before. After fit().
+  void zoom(const Vec3f& point, float factor, int width, int height);
   /// Width over height of what the frame holds.
   double frame_aspect() const;
 
@@ -59,18 +67,46 @@ class Camera {
   float scale_ = 1.0F, cx_ = 0.0F, cy_ = 0.0F;
 };
 
-/// Guesses whether y or z is up, from a pass over the surface: what stands has a flat base.
+/// What the user wants otherwise than the default view has it; radians.
+struct ViewWish {
+  std::optional<int> up_axis;
+  std::optional<double> azimuth;
+  std::optional<double> elevation;
+
+  Camera::View applied_to(Camera::View view) const {
+    if (up_axis) {
+      view = Camera::View{};
+      view.up_axis = *up_axis;
+    }
+    view.azimuth = azimuth.value_or(view.azimuth);
+    view.elevation = elevation.value_or(view.elevation);
+    return view;
+  }
+};
+
+/// Guesses what is up, from a pass over the surface: what stands has a flat base.
 class UpAxisGuess {
  public:
   UpAxisGuess(const Vec3d& low, const Vec3d& high) : low_(low), high_(high) {}
   void add(std::span<const Vec3f> positions, std::span<const LocalTriangle> triangles);
   /// z where clearly more of the surface lies flat at the bottom that way; else y.
-  int axis() const { return base_[2] > base_[1] + 0.02 * area_ ? 2 : 1; }
+  int axis() const;
+  /// The normal of a flat base that everything stands on, turned inward, if it lies askew and is
+  /// below in y or z; zero if the axis says all.
+  Vec3d tilt() const;
 
  private:
+  struct Facet {
+    Vec3f middle;
+    Vec3f area;  ///< normal times area, times two
+  };
+
   Vec3d low_, high_;
   Vec3d base_{0.0, 0.0, 0.0};  // area facing down within the lowest part of the box, each axis
   double area_ = 0.0;
+  std::vector<Facet> some_;  // every stride_-th triangle
+  std::size_t stride_ = 1;
+  std::size_t skip_ = 0;
 };
 
 }  // namespace rattan

@@ -30,9 +30,10 @@ struct Seed {
 
 class Tracer {
  public:
-  Tracer(const SampleGrid& grid, const Camera& camera, float spacing)
+  Tracer(const SampleGrid& grid, const std::vector<Vec3f>& directions, const Camera& camera,
+         float spacing)
       : width_(grid.width), height_(grid.height), spacing_(spacing) {
-    const std::size_t pixels = grid.directions.size();
+    const std::size_t pixels = directions.size();
     crosses_.assign(pixels, {Vec2f::Zero(), Vec2f::Zero()});
     depth_.assign(pixels, std::numeric_limits<float>::infinity());
     const float scale =
@@ -41,7 +42,7 @@ class Tracer {
       for (int x = 0; x < width_; ++x) {
         const std::size_t i = pixel(x, y);
         const std::size_t sample = grid.middle(x, y);
-        const Vec3f& a = grid.directions[i];
+        const Vec3f& a = directions[i];
         if (a.isZero(0.0F) || !std::isfinite(grid.depth[sample])) {
           continue;
         }
@@ -215,14 +216,14 @@ class Tracer {
 
 }  // namespace
 
-std::vector<float> trace_field_lines(const SampleGrid& grid, const Camera& camera, float spacing,
-                                     float width) {
+std::vector<float> trace_field_lines(const SampleGrid& grid, const std::vector<Vec3f>& directions,
+                                     const Camera& camera, float spacing, float width) {
   std::vector<float> opacity(
       static_cast<std::size_t>(grid.width) * static_cast<std::size_t>(grid.height), 0.0F);
-  if (grid.directions.empty()) {
+  if (directions.empty()) {
     return opacity;
   }
-  for (const auto& line : Tracer(grid, camera, spacing).run()) {
+  for (const auto& line : Tracer(grid, directions, camera, spacing).run()) {
     for (std::size_t i = 0; i < line.size(); ++i) {
       // Ends taper off.
       const auto from_end = static_cast<float>(std::min(i, line.size() - 1 - i)) * kStep;

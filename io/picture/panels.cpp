@@ -16,6 +16,17 @@ namespace {
 constexpr Rgb kInk{58, 60, 66};
 constexpr double kMargin = 0.05;  // of a panel's smaller side
 
+constexpr std::size_t kMostInRow = 4;
+constexpr float kCloseUpEdge = 38.0F;  // pixels
+constexpr float kLeastEdge = 3.5F;     // pixels; lines nearer than this hide what is between them
+
+/// Pixels that the mean edge of a mesh takes where it faces the eye.
+float edge_pixels(const PolygonScene& scene, const Camera& camera) {
+  const auto depth = static_cast<float>(2.6 * camera.diagonal());
+  return camera.project({static_cast<float>(scene.mean_edge()), 0.0F, depth}).x() -
+         camera.project({0.0F, 0.0F, depth}).x();
+}
+
 /// Thinner lines and smaller dots where the faces are small on the picture.
 struct Strength {
   float line;
@@ -23,18 +34,81 @@ struct Strength {
 };
 
 Strength strength(const PolygonScene& scene, const Camera& camera, const RenderOptions& options) {
-  const Vec3f a = camera.project({0.0F, 0.0F, static_cast<float>(2.6 * camera.diagonal())});
-  const Vec3f b = camera.project(
-      {static_cast<float>(scene.mean_edge()), 0.0F, static_cast<float>(2.6 * camera.diagonal())});
-  const float edge = b.x() - a.x();  // pixels
-  return {std::clamp(0.12F * edge, 0.45F, options.line_width), std::min(0.27F * edge, 3.4F)};
+  const float edge = edge_pixels(scene, camera);
+  return {std::clamp(0.1F * edge, 0.45F, options.line_width), std::min(0.24F * edge, 3.4F)};
 }
 
 Image polygons_image(const PolygonScene& scene, std::span<const Dot> dots, const Camera& camera,
-                     RenderOptions options) {
+                     RenderOptions options, Look look = Look::kEdges) {
   options.line_width = strength(scene, camera, options).line;
-  const Look look = Look::kEdges;
   return std::move(render(single_part(scene.mesh()), camera, {&look, 1}, dots, options).front());
+}
+
+/// The remesh, with dots unless they were so small that they would only colour the surface.
+Image remesh_image(const PanelInput& input, const PolygonScene& scene, const Camera& camera,
+                   const RenderOptions& options) {
+  std::vector<Dot> dots;
+  if (const float radius = strength(scene, camera, options).dot;
+      input.irregular_dots && radius >= 1.2F) {
+    dots = scene.irregular_vertices(*input.remesh, radius);
+  }
+  return polygons_image(scene, dots, camera, options);
+}
+
+/// What a close-up shows: of the irregular vertices (or all, if there are none) one near to the eye
+/// and to the middle of the picture.
+Vec3f near_point(const PolygonMesh& mesh, const PolygonScene& scene, const Camera& camera,
+                 const RenderOptions& options) {
+  Vec3f best = Vec3f::Zero();
+  float least = std::numeric_limits<float>::infinity();
+  const auto look = [&](const Vec3f& p) {
+    const Vec3f at = camera.project(camera.to_camera(p));
+    const float aside = std::hypot(at.x() / static_cast<float>(options.width) - 0.5F,
+                                   at.y() / static_cast<float>(options.height) - 0.5F);
+    const float far = at.z() / static_cast<float>(camera.diagonal()) + aside;
+    if (far < least) {
+      least = far;
+      best = p;
+    }
+  };
+  for (const Dot& dot : scene.irregular_vertices(mesh, 1.0F)) {
+    look(dot.position);
+  }
+  if (!std::isfinite(least)) {
+    for (const Vec3f& p : scene.mesh().positions) {
+      look(p);
+    }
+  }
+  return best;
+}
+
+Camera::View guessed_view(const UpAxisGuess& up, const Vec3d& low, const Vec3d& high) {
+  Camera::View view = Camera::default_view(low, high, up.axis());
+  if (view.up_axis == up.axis()) {
+    view.up = up.tilt();
+  }
+  return view;
+}
+
+/// Rows of panels of one size, each with its label below.
+Image arrange(const std::vector<std::pair<Image, std::string>>& panels,
+              const RenderOptions& options, float text_height) {
+  const int foot = static_cast<int>(std::lround(3.2F * text_height));
+  const std::size_t rows = (panels.size() + kMostInRow - 1) / kMostInRow;
+  const std::size_t columns = (panels.size() + rows - 1) / rows;
+  Image strip(options.width * static_cast<int>(columns),
+              (options.height + foot) * static_cast<int>(rows), options.background);
+  for (std::size_t i = 0; i < panels.size(); ++i) {
+    const int left = options.width * static_cast<int>(i % columns);
+    const int top = (options.height + foot) * static_cast<int>(i / columns);
+    strip.paste(panels[i].first, left, top);
+    const std::string& label = panels[i].second;
+    const float x = static_cast<float>(left) +
+                    0.5F * (static_cast<float>(options.width) - text_width(label, text_height));
+    const float y = static_cast<float>(top + options.height) + 1.6F * text_height;
+    draw_text(strip, label, {x, y}, text_height, kInk);
+  }
+  return strip;
 }
 
 }  // namespace
@@ -42,6 +116,7 @@ Image polygons_image(const PolygonScene& scene, std::span<const Dot> dots, const
 Image render_panels(const PanelInput& input, const RenderOptions& most, const Camera::View* view) {
   RenderOptions options = most;
   ensure(static_cast<bool>(input.scan) || input.remesh != nullptr, "a picture shows something");
+  const SurfaceSource& shape = input.shape ? input.shape : input.scan;
   std::optional<PolygonScene> remesh;
   if (input.remesh != nullptr) {
     remesh.emplace(*input.remesh, input.remesh_shift);
@@ -51,30 +126,37 @@ Image render_panels(const PanelInput& input, const RenderOptions& most, const Ca
     from = *view;
   } else {
     UpAxisGuess up(input.low, input.high);
-    if (input.scan) {
-      input.scan([&](const SceneMesh& mesh) { up.add(mesh.positions, mesh.triangles); });
+    if (shape) {
+      shape([&](const SceneMesh& mesh) { up.add(mesh.positions, mesh.triangles); });
     } else {
       up.add(remesh->mesh().positions, remesh->mesh().triangles);
     }
-    from = Camera::default_view(input.low, input.high, up.axis());
+    from = options.view.applied_to(guessed_view(up, input.low, input.high));
   }
   Camera camera(input.low, input.high, from);
-  if (input.scan) {
-    input.scan([&](const SceneMesh& mesh) { camera.include(mesh.positions); });
+  if (shape) {
+    shape([&](const SceneMesh& mesh) { camera.include(mesh.positions); });
   }
   if (remesh) {
     camera.include(remesh->mesh().positions);
   }
-  // Tall things get narrow panels.
-  const double aspect = camera.frame_aspect() + 2.0 * kMargin;
-  options.width = std::clamp(static_cast<int>(std::lround(aspect * options.height)),
-                             std::min(options.width, options.height / 2), options.width);
+  // Tall things get narrow panels, wide things low ones.
+  const double wide = camera.frame_aspect() + 2.0 * kMargin;
+  const double tall = 1.0 / camera.frame_aspect() + 2.0 * kMargin;
+  options.width = std::clamp(static_cast<int>(std::lround(wide * most.height)),
+                             std::min(most.width, most.height / 2), most.width);
+  options.height = std::clamp(static_cast<int>(std::lround(tall * options.width)),
+                              std::min(most.height, most.width / 2), most.height);
   camera.fit(options.width, options.height, kMargin);
 
   std::vector<std::pair<Image, std::string>> panels;
   if (input.scan) {
     std::vector<Look> looks{Look::kPlain};
     std::vector<std::string> labels{input.scan_label};
+    if (input.has_curvature) {
+      looks.push_back(Look::kRawField);
+      labels.push_back(input.curvature_label);
+    }
     if (input.has_field) {
       looks.push_back(Look::kField);
       labels.push_back(input.field_label);
@@ -83,39 +165,31 @@ Image render_panels(const PanelInput& input, const RenderOptions& most, const Ca
       looks.push_back(Look::kIsoLines);
       labels.push_back(input.lines_label);
     }
-    std::vector<Image> images = render(input.scan, camera, looks, input.singularities, options);
+    std::vector<Dot> dots = input.singularities;
+    if (remesh) {
+      for (Dot& dot : dots) {
+        dot.radius = std::min(dot.radius, strength(*remesh, camera, options).dot);
+      }
+    }
+    std::vector<Image> images = render(input.scan, camera, looks, dots, options);
     for (std::size_t i = 0; i < images.size(); ++i) {
       panels.emplace_back(std::move(images[i]), labels[i]);
     }
   }
   if (remesh) {
-    std::vector<Dot> dots;
-    // Dots smaller than a pixel or so would only colour the surface.
-    if (const float radius = strength(*remesh, camera, options).dot;
-        input.irregular_dots && radius >= 1.2F) {
-      dots = remesh->irregular_vertices(*input.remesh, radius);
+    panels.emplace_back(remesh_image(input, *remesh, camera, options), input.remesh_label);
+    if (input.close_up) {
+      const float factor = kCloseUpEdge / std::max(edge_pixels(*remesh, camera), 1e-3F);
+      camera.zoom(near_point(*input.remesh, *remesh, camera, options),
+                  std::clamp(factor, 2.0F, 10.0F), options.width, options.height);
+      panels.emplace_back(remesh_image(input, *remesh, camera, options), input.close_up_label);
     }
-    panels.emplace_back(polygons_image(*remesh, dots, camera, options), input.remesh_label);
   }
-
-  const float text_height = std::max(9.0F, 0.019F * static_cast<float>(options.height));
-  const int foot = static_cast<int>(std::lround(3.2F * text_height));
-  Image strip(options.width * static_cast<int>(panels.size()), options.height + foot,
-              options.background);
-  for (std::size_t i = 0; i < panels.size(); ++i) {
-    const int left = options.width * static_cast<int>(i);
-    strip.paste(panels[i].first, left, 0);
-    const std::string& label = panels[i].second;
-    const float x = static_cast<float>(left) +
-                    0.5F * (static_cast<float>(options.width) - text_width(label, text_height));
-    const float y = static_cast<float>(options.height) + 1.6F * text_height;
-    draw_text(strip, label, {x, y}, text_height, kInk);
-  }
-  return strip;
+  return arrange(panels, options, std::max(9.0F, 0.019F * static_cast<float>(most.height)));
 }
 
 Image render_polygons(const PolygonMesh& mesh, const RenderOptions& options,
-                      const Camera::View* view) {
+                      const Camera::View* view, EdgeDrawing edges) {
   ensure(mesh.face_count() > 0, "a picture shows something");
   Vec3d low = Vec3d::Constant(std::numeric_limits<double>::infinity());
   Vec3d high = -low;
@@ -128,11 +202,15 @@ Image render_polygons(const PolygonMesh& mesh, const RenderOptions& options,
   const PolygonScene scene(mesh, -middle);
   UpAxisGuess up(low - middle, high - middle);
   up.add(scene.mesh().positions, scene.mesh().triangles);
-  const Camera::View from = view != nullptr ? *view : Camera::default_view(low, high, up.axis());
+  const Camera::View from =
+      view != nullptr ? *view
+                      : options.view.applied_to(guessed_view(up, low - middle, high - middle));
   Camera camera(low - middle, high - middle, from);
   camera.include(scene.mesh().positions);
   camera.fit(options.width, options.height, kMargin);
-  return polygons_image(scene, {}, camera, options);
+  const bool drawn = edges == EdgeDrawing::kAlways ||
+                     (edges == EdgeDrawing::kFit && edge_pixels(scene, camera) >= kLeastEdge);
+  return polygons_image(scene, {}, camera, options, drawn ? Look::kEdges : Look::kPlain);
 }
 
 }  // namespace rattan

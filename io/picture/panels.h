@@ -12,9 +12,12 @@ namespace rattan {
 
 /// What a strip of pictures shows; everything but one of `scan` and `remesh` is optional.
 struct PanelInput {
-  /// The surface, called up to four times: to choose and fit the camera, then to draw. May be
-  /// empty.
+  /// The surface. Called up to four times: to choose and fit the camera (unless `shape` is given),
+  /// then to draw. May be empty.
   SurfaceSource scan;
+  /// Optional: the same parts with positions and triangles alone, where that is cheaper.
+  SurfaceSource shape;
+  bool has_curvature = false;      ///< the parts bring `raw_directions`
   bool has_field = false;          ///< the parts bring `directions`
   bool has_lines = false;          ///< the parts bring `corner_phases`
   std::vector<Dot> singularities;  ///< on the panels of field and lines
@@ -23,24 +26,31 @@ struct PanelInput {
   /// Remesh position + remesh_shift is relative to the same origin as the scan.
   Vec3d remesh_shift{0.0, 0.0, 0.0};
   bool irregular_dots = true;  ///< mark vertices of the remesh where other than four edges meet
+  bool close_up = false;       ///< one more panel: the remesh around what is nearest to the eye
   /// Box of everything shown, for the camera.
   Vec3d low{0.0, 0.0, 0.0};
   Vec3d high{0.0, 0.0, 0.0};
   /// Under the panels, in their order; missing ones stay blank.
   std::string scan_label = "scan";
+  std::string curvature_label = "curvature directions";
   std::string field_label = "field";
   std::string lines_label = "iso-lines";
   std::string remesh_label = "remesh";
+  std::string close_up_label = "close-up";
 };
 
-/// Panels from left to right: scan, field, iso-lines with singularities, remesh with its edges,
-/// each options.width x options.height and a label. Panels without data are left out. `view` null:
-/// the default view.
+/// Panels, in the order of PGP Figure 1: scan, field before and after smoothing, iso-lines with
+/// singularities, remesh with its edges, close-up; each at most options.width x options.height,
+/// and a label. Panels without data are left out; up to four stand in one row, more in two.
+/// `view` null: the default view.
 Image render_panels(const PanelInput& input, const RenderOptions& options,
                     const Camera::View* view = nullptr);
 
-/// One picture of a polygon mesh with its edges, without a label; for `rattan render`.
+/// Whether the edges of a mesh are drawn: kFit draws them where they leave its faces to be seen.
+enum class EdgeDrawing { kFit, kAlways, kNever };
+
+/// One picture of a polygon mesh, without a label; for `rattan render`.
 Image render_polygons(const PolygonMesh& mesh, const RenderOptions& options,
-                      const Camera::View* view = nullptr);
+                      const Camera::View* view = nullptr, EdgeDrawing edges = EdgeDrawing::kAlways);
 
 }  // namespace rattan

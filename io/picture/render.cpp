@@ -176,29 +176,36 @@ class Sampler {
       grid_.colours[at * looks_.size() + l] = albedo(looks_[l], hit, w, p, Vec2f(px, py), inside);
     }
     const int s = options_.samples;
-    if (!grid_.directions.empty() && x % s == s / 2 && y % s == s / 2) {
-      Vec3f& out =
-          grid_.directions[static_cast<std::size_t>(y / s) * static_cast<std::size_t>(grid_.width) +
-                           static_cast<std::size_t>(x / s)];
-      out = Vec3f::Zero();
-      if (!mesh_.directions.empty() && !inside) {
-        const Vec3f first = mesh_.directions[t[0]];
-        Vec3f mean = Vec3f::Zero();
-        for (std::size_t k = 0; k < 3; ++k) {
-          mean += w[k] * nearest_turn(first, mesh_.directions[t[k]], world_normal);
+    if (x % s == s / 2 && y % s == s / 2) {
+      const std::size_t pixel =
+          static_cast<std::size_t>(y / s) * static_cast<std::size_t>(grid_.width) +
+          static_cast<std::size_t>(x / s);
+      const auto note = [&](std::span<const Vec3f> from, std::vector<Vec3f>& to) {
+        if (!to.empty()) {
+          to[pixel] = from.empty() || inside ? Vec3f::Zero() : direction(from, t, w, world_normal);
         }
-        mean -= world_normal * world_normal.dot(mean);
-        if (mean.norm() > 0.0F) {
-          out = camera_.turn(mean.normalized());
-        }
-      }
+      };
+      note(mesh_.directions, grid_.directions);
+      note(mesh_.raw_directions, grid_.raw_directions);
     }
+  }
+
+  /// Of the field at a point of a triangle, camera space; zero where there is none.
+  Vec3f direction(std::span<const Vec3f> field, const LocalTriangle& t,
+                  const std::array<float, 3>& w, const Vec3f& normal) const {
+    const Vec3f first = field[t[0]];
+    Vec3f mean = Vec3f::Zero();
+    for (std::size_t k = 0; k < 3; ++k) {
+      mean += w[k] * nearest_turn(first, field[t[k]], normal);
+    }
+    mean -= normal * normal.dot(mean);
+    return mean.norm() > 0.0F ? camera_.turn(mean.normalized()) : Vec3f::Zero();
   }
 
   Rgb albedo(Look look, const PartScene::Hit& hit, const std::array<float, 3>& w,
              const std::array<Vec3f, 3>& p, const Vec2f& pixel, bool inside) const {
     Rgb colour = inside ? kInsideColour : options_.surface;
-    if (look == Look::kPlain || look == Look::kField || inside) {
+    if (look == Look::kPlain || look == Look::kRawField || look == Look::kField || inside) {
       return colour;
     }
     const std::uint8_t kind = mesh_.kinds.empty() ? kPlainTriangle : mesh_.kinds[hit.triangle];
@@ -311,10 +318,11 @@ Shade shade(const Vec3f& n, const Vec3f& view, const Occlusion::Light& light) {
   return out;
 }
 
-/// Samples to pixels, all looks at once. `field`: opacity of the field's lines, where a look has
-/// any.
+/// Samples to pixels, all looks at once. `lines`: of each look, opacity of the field's lines; empty
+/// where it has none.
 std::vector<Image> resolve(const SampleGrid& grid, const Occlusion& occlusion, const Camera& camera,
-                           std::span<const Look> looks, const std::vector<float>& field,
+                           std::span<const Look> looks,
+                           const std::vector<std::vector<float>>& lines,
                            const RenderOptions& options) {
   static const Tone kTone;
   std::vector<Image> images(looks.size(), Image(options.width, options.height, options.background));
@@ -327,8 +335,7 @@ std::vector<Image> resolve(const SampleGrid& grid, const Occlusion& occlusion, c
     std::fill(sums.begin(), sums.end(), Vec3f::Zero());
     const Vec3f view =
         camera.ray(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F).normalized();
-    const float line =
-        field.empty() ? 0.0F : field[y * static_cast<std::size_t>(options.width) + x];
+    const std::size_t at_pixel = y * static_cast<std::size_t>(options.width) + x;
     // Light is looked up again only for samples on another piece of surface than the one before.
     float depth = 0.0F;
     Vec3f normal = Vec3f::Zero();
@@ -352,8 +359,8 @@ std::vector<Image> resolve(const SampleGrid& grid, const Occlusion& occlusion, c
       const Shade shaded = shade(n, view, light);
       for (std::size_t l = 0; l < looks.size(); ++l) {
         Rgb albedo = grid.colours[at * looks.size() + l];
-        if (looks[l] == Look::kField) {
-          albedo = mix(albedo, kFieldColour, 0.82F * line);
+        if (!lines[l].empty()) {
+          albedo = mix(albedo, kFieldColour, 0.82F * lines[l][at_pixel]);
         }
         for (int k = 0; k < 3; ++k) {
           sums[l][k] +=
@@ -408,7 +415,7 @@ std::size_t render_bytes(const RenderOptions& options, std::size_t looks) {
   // Samples; occlusion; the field's directions, crosses, depths and lines; images.
   return pixels * (samples * (sizeof(float) + 3 * sizeof(std::int16_t) + 3 * looks) +
                    (2 * sizeof(Vec3f) + sizeof(std::uint32_t)) +
-                   (sizeof(Vec3f) + 4 * sizeof(Vec2f)) + 3 * looks);
+                   (2 * sizeof(Vec3f) + 5 * sizeof(Vec2f)) + 3 * looks);
 }
 
 std::vector<Image> render(const SurfaceSource& surface, const Camera& camera,
@@ -416,10 +423,12 @@ std::vector<Image> render(const SurfaceSource& surface, const Camera& camera,
                           const RenderOptions& options) {
   ensure(options.width > 0 && options.height > 0 && options.samples > 0 && !looks.empty(),
          "a picture has pixels");
-  const bool with_field = std::find(looks.begin(), looks.end(), Look::kField) != looks.end();
+  const auto wanted = [&](Look look) {
+    return std::find(looks.begin(), looks.end(), look) != looks.end();
+  };
   const RayDevice device;
   SampleGrid grid(options.width, options.height, options.samples, static_cast<int>(looks.size()),
-                  with_field);
+                  wanted(Look::kField), wanted(Look::kRawField));
   std::vector<std::unique_ptr<PartScene>> kept;
   std::size_t triangles = 0;
   bool all_kept = true;
@@ -442,13 +451,17 @@ std::vector<Image> render(const SurfaceSource& surface, const Camera& camera,
   } else {
     surface([&](const SceneMesh& mesh) { occlusion.add(PartScene(device.get(), mesh, camera)); });
   }
-  std::vector<float> field;
-  if (with_field) {
-    field = trace_field_lines(grid, camera, options.field_spacing, options.line_width);
-  }
-  std::vector<Image> images = resolve(grid, occlusion, camera, looks, field, options);
+  std::vector<std::vector<float>> lines(looks.size());
   for (std::size_t l = 0; l < looks.size(); ++l) {
-    if (looks[l] != Look::kPlain) {
+    if (looks[l] == Look::kField || looks[l] == Look::kRawField) {
+      lines[l] =
+          trace_field_lines(grid, looks[l] == Look::kField ? grid.directions : grid.raw_directions,
+                            camera, options.field_spacing, options.line_width);
+    }
+  }
+  std::vector<Image> images = resolve(grid, occlusion, camera, looks, lines, options);
+  for (std::size_t l = 0; l < looks.size(); ++l) {
+    if (looks[l] != Look::kPlain && looks[l] != Look::kRawField) {
       draw_dots(images[l], grid, camera, dots);
     }
   }

@@ -18,6 +18,7 @@ struct RenderOptions {
   double line_period = 3.14159265358979323846;
   float line_width = 1.3F;     ///< pixels
   float field_spacing = 7.0F;  ///< pixels between neighbouring lines of the field
+  ViewWish view;               ///< changes to the default view
   std::size_t resident_triangles = 2'000'000;
   Rgb surface{216, 211, 202};
   Rgb background{255, 255, 255};
@@ -32,7 +33,7 @@ std::size_t render_bytes(const RenderOptions& options, std::size_t looks);
 /// scenes are kept in between. Memory: render_bytes(), about 150
 /// bytes a triangle of the largest part, and the kept scenes.
 ///
-/// `dots` go on every picture but plain ones.
+/// `dots` go on every picture but plain ones and those of the field before it was smoothed.
 std::vector<Image> render(const SurfaceSource& surface, const Camera& camera,
                           std::span<const Look> looks, std::span<const Dot> dots,
                           const RenderOptions& options);

@@ -25,16 +25,17 @@ struct SampleGrid {
   std::vector<Rgb> colours;                          ///< looks a sample: albedo with its drawing
   /// Of each pixel's middle sample, where the surface has a field: tangent, camera space.
   std::vector<Vec3f> directions;
+  std::vector<Vec3f> raw_directions;  ///< likewise, of the field before it was smoothed
 
-  SampleGrid(int w, int h, int s, int l, bool with_directions)
+  SampleGrid(int w, int h, int s, int l, bool with_directions, bool with_raw)
       : width(w), height(h), samples(s), looks(l) {
     const std::size_t n = fine_width() * static_cast<std::size_t>(h) * static_cast<std::size_t>(s);
     depth.assign(n, std::numeric_limits<float>::infinity());
     normals.resize(n);
     colours.resize(n * static_cast<std::size_t>(l));
-    if (with_directions) {
-      directions.assign(static_cast<std::size_t>(w) * static_cast<std::size_t>(h), Vec3f::Zero());
-    }
+    const std::size_t pixels = static_cast<std::size_t>(w) * static_cast<std::size_t>(h);
+    directions.assign(with_directions ? pixels : 0, Vec3f::Zero());
+    raw_directions.assign(with_raw ? pixels : 0, Vec3f::Zero());
   }
   std::size_t fine_width() const {
     return static_cast<std::size_t>(width) * static_cast<std::size_t>(samples);

@@ -27,6 +27,8 @@ struct SceneMesh {
   std::span<const Vec3f> corner_normals;  ///< optional, unit, three a triangle; instead of normals
   /// Optional, one a vertex: a direction of the field; any of its four quarter turns will do.
   std::span<const Vec3f> directions;
+  /// Likewise, of the field before it was smoothed; zero where there was none.
+  std::span<const Vec3f> raw_directions;
   /// Optional, three a triangle: (theta, phi) of its corners, continuous over the triangle. NaN
   /// where there are none.
   std::span<const std::array<float, 2>> corner_phases;
@@ -54,6 +56,7 @@ struct Dot {
 /// How one picture of the surface looks.
 enum class Look {
   kPlain,     ///< the surface alone
+  kRawField,  ///< with lines that follow `raw_directions`
   kField,     ///< with lines that follow `directions`
   kIsoLines,  ///< with the lines theta, phi = k * line_period, and singular triangles
   kEdges      ///< with `edges`, faces that are not quads tinted

@@ -177,14 +177,28 @@ void fill_mesh(const PolygonMesh& mesh, const Triangles& triangles, const Grid& 
       out.attribute(added_edges)->SetAttributeValue(draco::AttributeValueIndex(flag), &flag);
     }
   }
+  int colour = -1;
+  if (!mesh.colours.empty()) {
+    const std::int8_t channels = mesh.has_alpha() ? 4 : 3;
+    attribute.Init(draco::GeometryAttribute::COLOR, nullptr, channels, draco::DT_UINT8, true,
+                   channels, 0);
+    colour = out.AddAttribute(attribute, false, static_cast<std::uint32_t>(mesh.vertex_count()));
+  }
   for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
+    const draco::AttributeValueIndex value(v);
     const Vec3f p = (mesh.positions[v] + grid.shift).cast<float>();
-    out.attribute(position)->SetAttributeValue(draco::AttributeValueIndex(v), p.data());
+    out.attribute(position)->SetAttributeValue(value, p.data());
+    if (colour >= 0) {
+      out.attribute(colour)->SetAttributeValue(value, mesh.colours[v].data());
+    }
   }
   for (std::uint32_t i = 0; i < triangles.point_of.size(); ++i) {
     const draco::PointIndex point(triangles.point_of[i]);
     if (point.value() != std::numeric_limits<std::uint32_t>::max()) {
       out.attribute(position)->SetPointMapEntry(point, draco::AttributeValueIndex(i / 2));
+      if (colour >= 0) {
+        out.attribute(colour)->SetPointMapEntry(point, draco::AttributeValueIndex(i / 2));
+      }
       if (added_edges >= 0) {
         out.attribute(added_edges)->SetPointMapEntry(point, draco::AttributeValueIndex(i % 2));
       }
@@ -208,6 +222,7 @@ PolygonMesh expected_mesh(const PolygonMesh& mesh, const Grid& grid) {
   PolygonMesh out;
   out.face_begin = mesh.face_begin;
   out.corners = mesh.corners;
+  out.colours = mesh.colours;
   out.positions.reserve(mesh.vertex_count());
   for (const Vec3d& p : mesh.positions) {
     const Vec3f in = (p + grid.shift).cast<float>();

@@ -27,28 +27,31 @@ std::string count_difference(const PolygonMesh& meant, const PolygonMesh& read) 
   if (meant.corners.size() != read.corners.size()) {
     return say("corners", meant.corners.size(), read.corners.size());
   }
+  if (meant.colours.size() != read.colours.size()) {
+    return say("colours", meant.colours.size(), read.colours.size());
+  }
   return {};
 }
 
-bool before(const Vec3d& a, const Vec3d& b) {
+/// Order of vertices by position, then colour.
+int compare(const PolygonMesh& a, std::uint32_t v, const PolygonMesh& b, std::uint32_t w) {
   for (int k = 0; k < 3; ++k) {
-    if (a[k] != b[k]) {
-      return a[k] < b[k];
+    if (a.positions[v][k] != b.positions[w][k]) {
+      return a.positions[v][k] < b.positions[w][k] ? -1 : 1;
     }
   }
-  return false;
+  if (a.colours.empty() || a.colours[v] == b.colours[w]) {
+    return 0;
+  }
+  return a.colours[v] < b.colours[w] ? -1 : 1;
 }
 
-std::vector<std::uint32_t> by_position(const PolygonMesh& mesh) {
+std::vector<std::uint32_t> by_place(const PolygonMesh& mesh) {
   std::vector<std::uint32_t> order(mesh.vertex_count());
   std::iota(order.begin(), order.end(), 0U);
   std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    const Vec3d& p = mesh.positions[a];
-    const Vec3d& q = mesh.positions[b];
-    if (before(p, q)) {
-      return true;
-    }
-    return !before(q, p) && a < b;
+    const int less = compare(mesh, a, mesh, b);
+    return less != 0 ? less < 0 : a < b;
   });
   return order;
 }
@@ -302,6 +305,9 @@ std::string difference_in_order(const PolygonMesh& meant, const PolygonMesh& rea
     if (meant.positions[v] != read.positions[v]) {
       return "vertex " + std::to_string(v) + " came back at another place";
     }
+    if (!meant.colours.empty() && meant.colours[v] != read.colours[v]) {
+      return "vertex " + std::to_string(v) + " came back in another colour";
+    }
   }
   for (std::size_t f = 0; f < meant.face_count(); ++f) {
     if (meant.face_begin[f + 1] != read.face_begin[f + 1] ||
@@ -316,19 +322,20 @@ std::string difference_as_meshes(const PolygonMesh& meant, const PolygonMesh& re
   if (std::string d = count_difference(meant, read); !d.empty()) {
     return d;
   }
-  // Label vertices by the rank of their position; the sorted positions must agree.
-  const std::vector<std::uint32_t> order_a = by_position(meant);
-  const std::vector<std::uint32_t> order_b = by_position(read);
+  // Label vertices by the rank of their position and colour; sorted, these must agree.
+  const std::vector<std::uint32_t> order_a = by_place(meant);
+  const std::vector<std::uint32_t> order_b = by_place(read);
   std::vector<std::uint32_t> label_a(order_a.size());
   std::vector<std::uint32_t> label_b(order_b.size());
   std::uint32_t rank = 0;
   bool shared = false;
   for (std::size_t i = 0; i < order_a.size(); ++i) {
-    const Vec3d& p = meant.positions[order_a[i]];
-    if (p != read.positions[order_b[i]]) {
-      return "vertex " + std::to_string(order_a[i]) + " came back at another place";
+    if (compare(meant, order_a[i], read, order_b[i]) != 0) {
+      const bool moved = meant.positions[order_a[i]] != read.positions[order_b[i]];
+      return "vertex " + std::to_string(order_a[i]) + " came back " +
+             (moved ? "at another place" : "in another colour");
     }
-    if (i > 0 && p != meant.positions[order_a[i - 1]]) {
+    if (i > 0 && compare(meant, order_a[i], meant, order_a[i - 1]) != 0) {
       ++rank;
     } else {
       shared = shared || i > 0;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <charconv>
 #include <limits>
 #include <vector>
@@ -108,6 +109,58 @@ class TextCursor {
   const std::string& path_;
   std::size_t line_;
 };
+
+/// From 0 to 1, or, as whole numbers, to 255.
+std::uint8_t channel(double value, bool whole) {
+  const double v = whole ? value : 255.0 * value;
+  return static_cast<std::uint8_t>(v > 0.0 ? std::min(v + 0.5, 255.0) : 0.0);
+}
+
+/// The colour of the vertex just added.
+void add_colour(const Rgba& colour, PolygonMesh& mesh) {
+  mesh.colours.resize(mesh.vertex_count() - 1, Rgba{255, 255, 255, 255});
+  mesh.colours.push_back(colour);
+}
+
+/// Vertices after the last one with a colour are white too.
+void pad_colours(PolygonMesh& mesh) {
+  if (!mesh.colours.empty()) {
+    mesh.colours.resize(mesh.vertex_count(), Rgba{255, 255, 255, 255});
+  }
+}
+
+/// Three or four numbers that end a line, after `skip` others. Whole numbers go to 255 if
+/// `whole_numbers` says so or one is above 1; else white is 1.
+void read_colour(TextCursor& text, std::size_t skip, bool whole_numbers, PolygonMesh& mesh) {
+  double values[8];
+  std::size_t count = 0;
+  bool whole = true;
+  while (count < std::size(values) && !text.line_ends()) {
+    const std::string_view word = text.word();
+    if (word.front() == '#') {
+      break;
+    }
+    const auto end = word.data() + word.size();
+    const auto result = std::from_chars(word.data(), end, values[count]);
+    if (result.ec != std::errc() || result.ptr != end) {
+      return;
+    }
+    whole = whole && word.find('.') == std::string_view::npos && values[count] >= 0.0;
+    ++count;
+  }
+  if (count != skip + 3 && count != skip + 4) {
+    return;
+  }
+  double most = 0.0;
+  for (std::size_t c = skip; c < count; ++c) {
+    most = std::max(most, values[c]);
+  }
+  Rgba colour{255, 255, 255, 255};
+  for (std::size_t c = skip; c < count; ++c) {
+    colour[c - skip] = channel(values[c], whole && (whole_numbers || most > 1.0));
+  }
+  add_colour(colour, mesh);
+}
 
 void check_face(const std::vector<std::uint32_t>& face, const std::string& path, std::size_t f) {
   if (face.size() < 3) {
@@ -248,12 +301,19 @@ class PlyBody {
 void read_element(const Element& element, PlyBody& body, const std::string& path,
                   PolygonMesh& mesh) {
   int axis_of[3] = {-1, -1, -1};
+  int channel_of[4] = {-1, -1, -1, -1};
   int indices = -1;
   for (int p = 0; p < static_cast<int>(element.properties.size()); ++p) {
     const Property& property = element.properties[static_cast<std::size_t>(p)];
     for (int k = 0; k < 3; ++k) {
       if (element.name == "vertex" && !property.list && property.name == std::string(1, "xyz"[k])) {
         axis_of[k] = p;
+      }
+    }
+    constexpr std::string_view kChannels[] = {"red", "green", "blue", "alpha"};
+    for (int c = 0; c < 4; ++c) {
+      if (element.name == "vertex" && !property.list && property.name == kChannels[c]) {
+        channel_of[c] = p;
       }
     }
     if (element.name == "face" && property.list &&
@@ -265,9 +325,11 @@ void read_element(const Element& element, PlyBody& body, const std::string& path
   if (is_vertex && (axis_of[0] < 0 || axis_of[1] < 0 || axis_of[2] < 0)) {
     throw InputError(path, "header", "vertices lack x, y or z", "Export the mesh with positions");
   }
+  const bool has_colour = channel_of[0] >= 0 && channel_of[1] >= 0 && channel_of[2] >= 0;
   std::vector<std::uint32_t> face;
   for (std::uint64_t i = 0; i < element.count; ++i) {
     Vec3d point = Vec3d::Zero();
+    Rgba colour{255, 255, 255, 255};
     for (int p = 0; p < static_cast<int>(element.properties.size()); ++p) {
       const Property& property = element.properties[static_cast<std::size_t>(p)];
       if (!property.list) {
@@ -275,6 +337,12 @@ void read_element(const Element& element, PlyBody& body, const std::string& path
         for (int k = 0; k < 3; ++k) {
           if (axis_of[k] == p) {
             point[k] = v;
+          }
+        }
+        for (std::size_t c = 0; c < 4; ++c) {
+          if (channel_of[c] == p) {
+            const bool whole = property.value != Type::kFloat && property.value != Type::kDouble;
+            colour[c] = channel(v, whole);
           }
         }
         continue;
@@ -297,6 +365,9 @@ void read_element(const Element& element, PlyBody& body, const std::string& path
     }
     if (is_vertex) {
       mesh.positions.push_back(point);
+      if (has_colour) {
+        add_colour(colour, mesh);
+      }
     }
   }
 }
@@ -311,6 +382,7 @@ PolygonMesh parse_obj(std::string_view bytes, const std::string& path) {
     const std::string_view kind = text.word();
     if (kind == "v") {
       mesh.positions.push_back(text.point(false));
+      read_colour(text, 0, false, mesh);
     } else if (kind == "f") {
       face.clear();
       while (!text.line_ends()) {
@@ -333,6 +405,7 @@ PolygonMesh parse_obj(std::string_view bytes, const std::string& path) {
       mesh.add_face(face);
     }
   }
+  pad_colours(mesh);
   check_corners(mesh, path);
   return mesh;
 }
@@ -349,8 +422,12 @@ PolygonMesh parse_off(std::string_view bytes, const std::string& path) {
   text.next_line();
   for (std::uint64_t v = 0; v < vertices; ++v) {
     mesh.positions.push_back(text.point(true));
+    if (magic.front() == 'C') {
+      read_colour(text, magic[1] == 'N' ? 3 : 0, true, mesh);
+    }
     text.next_line();
   }
+  pad_colours(mesh);
   std::vector<std::uint32_t> face;
   for (std::uint64_t f = 0; f < faces; ++f) {
     const auto degree = text.number<std::uint64_t>(text.word_anywhere(), "a number of corners");

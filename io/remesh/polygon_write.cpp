@@ -26,7 +26,6 @@ class Line {
       text(k == 0 ? "" : " ");
       number(p[k]);
     }
-    text("\n");
   }
 
  private:
@@ -56,9 +55,14 @@ void write_comments(Line& line, std::string_view lead, const RemeshMetadata& met
 void write_obj(const PolygonMesh& mesh, const RemeshMetadata& metadata, AtomicFile& out) {
   Line line(out);
   write_comments(line, "# ", metadata);
-  for (const Vec3d& p : mesh.positions) {
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
     line.text("v ");
-    line.point(p + metadata.origin);
+    line.point(mesh.positions[v] + metadata.origin);
+    for (std::size_t c = 0; c < 3 && !mesh.colours.empty(); ++c) {
+      line.text(" ");
+      line.number(static_cast<float>(mesh.colours[v][c]) / 255.0F);
+    }
+    line.text("\n");
   }
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
     line.text("f");
@@ -72,14 +76,19 @@ void write_obj(const PolygonMesh& mesh, const RemeshMetadata& metadata, AtomicFi
 
 void write_off(const PolygonMesh& mesh, const RemeshMetadata& metadata, AtomicFile& out) {
   Line line(out);
-  line.text("OFF\n");
+  line.text(mesh.colours.empty() ? "OFF\n" : "COFF\n");
   write_comments(line, "# ", metadata);
   line.number(mesh.vertex_count());
   line.text(" ");
   line.number(mesh.face_count());
   line.text(" 0\n");
-  for (const Vec3d& p : mesh.positions) {
-    line.point(p + metadata.origin);
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    line.point(mesh.positions[v] + metadata.origin);
+    for (std::size_t c = 0; c < 4 && !mesh.colours.empty(); ++c) {
+      line.text(" ");
+      line.number(unsigned{mesh.colours[v][c]});
+    }
+    line.text("\n");
   }
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
     line.number(mesh.degree(f));
@@ -102,13 +111,22 @@ void write_ply(const PolygonMesh& mesh, const RemeshMetadata& metadata, AtomicFi
   write_comments(line, "comment ", metadata);
   line.text("element vertex ");
   line.number(mesh.vertex_count());
-  line.text("\nproperty double x\nproperty double y\nproperty double z\nelement face ");
+  line.text("\nproperty double x\nproperty double y\nproperty double z\n");
+  const std::size_t channels = mesh.colours.empty() ? 0 : mesh.has_alpha() ? 4 : 3;
+  if (channels > 0) {
+    line.text("property uchar red\nproperty uchar green\nproperty uchar blue\n");
+    line.text(channels > 3 ? "property uchar alpha\n" : "");
+  }
+  line.text("element face ");
   line.number(mesh.face_count());
   line.text(short_counts ? "\nproperty list uchar int vertex_indices\nend_header\n"
                          : "\nproperty list uint int vertex_indices\nend_header\n");
-  for (const Vec3d& p : mesh.positions) {
-    const Vec3d full = p + metadata.origin;
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    const Vec3d full = mesh.positions[v] + metadata.origin;
     out.write(full.data(), 3 * sizeof(double));
+    if (channels > 0) {
+      out.write(mesh.colours[v].data(), channels);
+    }
   }
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
     const auto count = static_cast<std::uint32_t>(mesh.degree(f));

@@ -31,6 +31,8 @@ void check(const PolygonMesh& mesh) {
       last_face[v] = static_cast<std::uint32_t>(f);
     }
   }
+  ensure(mesh.colours.empty() || mesh.colours.size() == mesh.vertex_count(),
+         "every vertex of a remesh has a colour or none has");
   for (const Vec3d& p : mesh.positions) {
     ensure(p.allFinite(), "every position of a remesh is finite");
   }
@@ -49,6 +51,9 @@ PolygonMesh compact(const PolygonMesh& mesh) {
     if (number[v] != 0) {
       number[v] = static_cast<std::uint32_t>(out.positions.size());
       out.positions.push_back(mesh.positions[v]);
+      if (!mesh.colours.empty()) {
+        out.colours.push_back(mesh.colours[v]);
+      }
     }
   }
   out.corners.reserve(mesh.corners.size());
@@ -130,6 +135,11 @@ WriteResult write_remesh(const PolygonMesh& input, const RemeshMetadata& metadat
     }
   } else {
     PolygonMesh meant = mesh;
+    if (format == RemeshFormat::kObj) {  // which has no alpha
+      for (Rgba& c : meant.colours) {
+        c[3] = 255;
+      }
+    }
     for (Vec3d& p : meant.positions) {
       p += metadata.origin;
     }

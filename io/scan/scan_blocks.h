@@ -13,7 +13,7 @@
 
 namespace rattan {
 
-using ScanColour = std::array<std::uint8_t, 4>;
+using ScanColour = Rgba;
 
 /// Gathers what a file holds into blocks for the sink, and counts.
 class ScanBlocks {

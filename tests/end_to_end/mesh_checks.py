@@ -27,9 +27,9 @@ def read_off(path):
         words = [w for line in file for w in line.split("#")[0].split()]
     assert words[0].endswith("OFF")
     v, f = int(words[1]), int(words[2])
-    at = 4
-    vertices = [tuple(map(float, words[at + 3 * i : at + 3 * i + 3])) for i in range(v)]
-    at += 3 * v
+    at, each = 4, 7 if words[0] == "COFF" else 3
+    vertices = [tuple(map(float, words[at + each * i : at + each * i + 3])) for i in range(v)]
+    at += each * v
     faces = []
     for _ in range(f):
         n = int(words[at])
@@ -45,7 +45,8 @@ PLY_TYPES = {
 }
 
 
-def read_ply(path):
+def read_ply_elements(path):
+    """Lists of records (dictionaries) by the name of their element."""
     with open(path, "rb") as file:
         data = file.read()
     end = data.index(b"end_header")
@@ -59,7 +60,6 @@ def read_ply(path):
             elements.append((words[1], int(words[2]), []))
         elif words[:1] == ["property"]:
             elements[-1][2].append(words[1:])
-    vertices, faces = [], []
     if form == "ascii":
         words = iter(data[end:].split())
         take = lambda kind: float(next(words)) if kind in "fd" else int(next(words))
@@ -72,7 +72,9 @@ def read_ply(path):
             at[0] += struct.calcsize(kind)
             return value
 
+    read = {}
     for name, count, properties in elements:
+        rows = read.setdefault(name, [])
         for _ in range(count):
             record = {}
             for p in properties:
@@ -81,10 +83,14 @@ def read_ply(path):
                     record[p[3]] = [take(PLY_TYPES[p[2]]) for _ in range(n)]
                 else:
                     record[p[1]] = take(PLY_TYPES[p[0]])
-            if name == "vertex":
-                vertices.append((record["x"], record["y"], record["z"]))
-            elif name == "face":
-                faces.append(tuple(record.get("vertex_indices") or record.get("vertex_index")))
+            rows.append(record)
+    return read
+
+
+def read_ply(path):
+    read = read_ply_elements(path)
+    vertices = [(r["x"], r["y"], r["z"]) for r in read["vertex"]]
+    faces = [tuple(r.get("vertex_indices") or r.get("vertex_index")) for r in read["face"]]
     return vertices, faces
 
 

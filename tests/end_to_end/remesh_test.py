@@ -29,12 +29,13 @@ class Remesh(unittest.TestCase):
         self.folder = Path(tempfile.mkdtemp(prefix="rattan-test."))
         self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
 
-    def remesh(self, scan, *options, output="out.drc"):
+    def remesh(self, scan, *options, output="out.drc", keep_name=True):
         report = self.folder / "report.json"
         done = rattan("remesh", scan, "-o", self.folder / output, "--quiet", "--report", report,
                       *options)
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertFalse((self.folder / (output + ".work")).exists())
+        self.assertEqual((self.folder / output).exists(), keep_name)
+        self.assertEqual(list(self.folder.glob("*.work")), [])
         return json.loads(report.read_text())
 
     def decode(self, output="out.drc"):
@@ -59,6 +60,7 @@ class Remesh(unittest.TestCase):
         if quads is not None:
             self.assertGreaterEqual(report["output"]["quads"], quads * len(faces))
             self.assertTrue(report["output"]["target_met"])
+        return report
 
     @unittest.skipUnless(DATA, "RATTAN_DATA is not set")
     def test_sample_scans(self):
@@ -78,6 +80,67 @@ class Remesh(unittest.TestCase):
                 for options in (("--ratio", "0.05"), ("--faces", "200")):
                     with self.subTest(genus=genus, holes=holes, options=options):
                         self.check(scan, *options)
+
+    def check_pure(self, scan, *options):
+        report = self.check(scan, "--pure-quads", *options)
+        self.assertEqual(report["output"]["triangles"], 0)
+        self.assertEqual(report["output"]["quads"], report["output"]["faces"])
+        bad = report["output"]["bad_quads"]
+        self.assertEqual(bad > 0, any("folded" in w for w in report["warnings"]))
+        self.assertLess(bad, 0.03 * report["output"]["faces"])
+
+    def test_pure_quads(self):
+        for genus, holes in ((0, 0), (2, 0), (1, 3)):
+            scan = self.folder / f"synth_{genus}_{holes}.ply"
+            rattan("synth", "-o", scan, "--triangles", 20000, "--genus", genus, "--holes", holes,
+                   "--quiet")
+            for options in (("--ratio", "0.05"), ("--faces", "200")):
+                with self.subTest(genus=genus, holes=holes, options=options):
+                    self.check_pure(scan, *options)
+
+    @unittest.skipUnless(DATA, "RATTAN_DATA is not set")
+    def test_pure_quads_of_sample_scans(self):
+        for name in SAMPLES:
+            with self.subTest(scan=name):
+                self.check_pure(Path(DATA) / name, "--ratio", "0.05")
+
+    def test_several_sizes(self):
+        scan = self.folder / "synth.ply"
+        rattan("synth", "-o", scan, "--triangles", 40000, "--holes", 1, "--quiet")
+        before = mesh_checks.topology(mesh_checks.read_mesh(scan)[1])
+        asked = {"4k": 4000, "600": 600, "1k": 1000}
+        report = self.remesh(scan, "--faces", ",".join(asked), output="out.obj", keep_name=False)
+        outputs = report["outputs"]
+        self.assertEqual(report["output"], {k: v for k, v in outputs[0].items()
+                                            if k in report["output"]})
+        self.assertEqual([o["target_faces"] for o in outputs], list(asked.values()))
+        for output, faces in zip(outputs, asked.values()):
+            path = self.folder / f"out-{faces}.obj"
+            self.assertEqual(output["path"], str(path))
+            vertices, polygons = mesh_checks.read_mesh(path)
+            self.assertEqual(mesh_checks.violations(polygons, len(vertices)), {})
+            after = mesh_checks.topology(polygons)
+            self.assertEqual((after.components, after.loops, after.euler),
+                             (before.components, before.loops, before.euler))
+            self.assertEqual(output["faces"], len(polygons))
+            self.assertLessEqual(abs(len(polygons) - faces), 0.15 * faces)
+        # 4000 faces take twice the lines of the parameterization for 1000; what has a
+        # parameterization of its own has the bytes of a run with that size alone.
+        self.assertEqual([o["shared_with"] for o in outputs], [outputs[2]["path"], None, None])
+        for faces in (600, 1000):
+            self.remesh(scan, "--faces", faces, output="alone.obj")
+            self.assertEqual((self.folder / "alone.obj").read_bytes(),
+                             (self.folder / f"out-{faces}.obj").read_bytes())
+        first = (self.folder / "out-4000.obj").read_bytes()
+        self.remesh(scan, "--faces", "1k,4k", "--threads", 1, output="{n}.obj", keep_name=False)
+        self.assertEqual((self.folder / "2.obj").read_bytes(), first)
+        # Names are refused before anything is read or written.
+        for words in (["--faces", "10,20,10"], ["--ratio", "0.1,0.2", "-o", "{faces}.obj"]):
+            with self.subTest(words=words):
+                out = ["-o", self.folder / "no.obj"] if "-o" not in words else []
+                done = rattan("remesh", self.folder / "none.ply", *words, *out)
+                self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertEqual(list(self.folder.glob("no*.obj")), [])
 
     def test_same_bytes_for_any_thread_count(self):
         scan = self.folder / "synth.ply"
@@ -117,6 +180,8 @@ class Remesh(unittest.TestCase):
             (["remesh", good], 2),
             (["remesh", good, "-o", self.folder / "out.xyz"], 2),
             (["remesh", good, "-o", out, "--faces", "many"], 2),
+            (["remesh", good, "-o", out, "--faces", "0"], 2),
+            (["remesh", good, "-o", out, "--faces", "10,,20"], 2),
             (["remesh", good, "-o", out, "--faces", "10", "--ratio", "0.1"], 2),
             (["remesh", good, "-o", out, "--smoothing", "1.5"], 2),
             (["remesh", good, "-o", out, "--colour"], 2),

@@ -65,7 +65,7 @@ std::vector<ThroughputRow> measure_throughput(const ThroughputOptions& options) 
         remesh.scan = scan;
         remesh.output = options.directory + "/remesh.drc";
         remesh.size_kind = SizeKind::kRatio;
-        remesh.size = options.ratio;
+        remesh.sizes = {options.ratio};
         remesh.threads = threads;
         RemeshReport report = remesh_scan(remesh, quiet);
         const double draco = time_draco_encoder(scan, options.directory + "/stock.drc");

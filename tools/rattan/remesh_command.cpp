@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "jobs/remesh_job.h"
+#include "jobs/size_list.h"
 #include "tools/rattan/commands.h"
 #include "tools/rattan/console.h"
 
@@ -14,29 +15,44 @@ namespace {
 
 struct Arguments {
   RemeshOptions options;
-  double faces = 0.0;
-  double edge_length = 0.0;
-  double ratio = 0.0;
+  std::string faces;
+  std::string edge_length;
+  std::string ratio;
   double smoothing = 0.0;
   bool quiet = false;
   bool verbose = false;
 };
 
 void add_size_options(CLI::App& command, Arguments& args) {
-  auto* size = command.add_option_group("Size", "one of these; default --ratio 0.05");
-  size->add_option("--faces", args.faces, "faces of the remesh")->check(CLI::Range(1.0, 1e10));
-  size->add_option("--edge-length", args.edge_length, "quad side, in the file's units")
-      ->check(CLI::PositiveNumber);
-  size->add_option("--ratio", args.ratio, "faces per triangle of the repaired scan")
-      ->check(CLI::Range(1e-9, 10.0));
+  auto* size = command.add_option_group(
+      "Size", "one of these; default --ratio 0.05. A list like 50k,10k,2k makes several remeshes");
+  size->add_option("--faces", args.faces, "faces of the remesh");
+  size->add_option("--edge-length", args.edge_length, "quad side, in the file's units");
+  size->add_option("--ratio", args.ratio, "faces per triangle of the repaired scan");
   size->require_option(0, 1);
-  command.add_option("--density", args.options.density, "iso-lines per period, 1 to 16")
-      ->check(CLI::Range(1, 16))
-      ->capture_default_str();
+  command
+      .add_option("--density", args.options.density,
+                  "iso-lines per period, 1 to 16; default 1, or 4 with --pure-quads")
+      ->check(CLI::Range(1, 16));
+}
+
+void add_input_options(CLI::App& command, Arguments& args) {
+  RemeshOptions& o = args.options;
+  command.add_flag("--merge-vertices", o.merge_vertices,
+                   "make vertices at exactly equal positions one; done without asking only where "
+                   "triangles share no vertices");
+  command.add_option("--drop-components", o.drop_components,
+                     "drop components of fewer triangles than this");
+  command.add_option("--fill-holes", o.fill_holes,
+                     "fill holes whose outline has at most so many edges");
 }
 
 void add_method_options(CLI::App& command, Arguments& args) {
   RemeshOptions& o = args.options;
+  command.add_option(
+      "--field", o.field,
+      "directions to follow instead of the curvature: a text file with a line \"x y z\" "
+      "or \"x y z fidelity\" for each vertex of the scan file");
   command.add_option("--symmetry", o.symmetry, "field modulo 2 pi / N")
       ->check(CLI::IsMember({1, 2, 4}))
       ->capture_default_str();
@@ -61,6 +77,7 @@ void add_method_options(CLI::App& command, Arguments& args) {
 
 void add_run_options(CLI::App& command, Arguments& args) {
   RemeshOptions& o = args.options;
+  command.add_flag("--pure-quads", o.pure_quads, "only quads, no triangle");
   command
       .add_option("--position-bits", o.position_bits, "bits per coordinate in a .drc, 0 for auto")
       ->check(CLI::Range(0, 30))
@@ -81,15 +98,15 @@ void add_run_options(CLI::App& command, Arguments& args) {
 
 int run(Arguments& args) {
   RemeshOptions& o = args.options;
-  if (args.faces > 0.0) {
+  if (!args.faces.empty()) {
     o.size_kind = SizeKind::kFaces;
-    o.size = args.faces;
-  } else if (args.edge_length > 0.0) {
+    o.sizes = parse_sizes(args.faces, "--faces", {1.0, 1e10});
+  } else if (!args.edge_length.empty()) {
     o.size_kind = SizeKind::kEdgeLength;
-    o.size = args.edge_length;
-  } else if (args.ratio > 0.0) {
+    o.sizes = parse_sizes(args.edge_length, "--edge-length", {1e-30, 1e30});
+  } else if (!args.ratio.empty()) {
     o.size_kind = SizeKind::kRatio;
-    o.size = args.ratio;
+    o.sizes = parse_sizes(args.ratio, "--ratio", {1e-9, 10.0});
   }
   if (args.smoothing > 0.0) {
     o.smoothing = args.smoothing;
@@ -103,11 +120,13 @@ int run(Arguments& args) {
     report = remesh_scan(o, console);
   }
   if (verbosity != Verbosity::kQuiet) {
-    fmt::print("{}: {} faces, {:.1f} % quads, {} bytes, {:.1f} s\n", o.output, report.output.faces,
-               report.output.faces == 0 ? 0.0
-                                        : 100.0 * static_cast<double>(report.output.quads) /
-                                              static_cast<double>(report.output.faces),
-               report.output.bytes, report.seconds);
+    for (const auto& [output, singularities, distance, shared_with] : report.outputs) {
+      fmt::print("{}: {} faces, {:.1f} % quads, {} bytes, {:.1f} s\n", output.path, output.faces,
+                 output.faces == 0 ? 0.0
+                                   : 100.0 * static_cast<double>(output.quads) /
+                                         static_cast<double>(output.faces),
+                 output.bytes, report.seconds);
+    }
   }
   return 0;
 }
@@ -120,9 +139,13 @@ void add_remesh_command(CLI::App& app, Action& action) {
       app.add_subcommand("remesh", "Convert one scan into a curvature-aligned quad-dominant mesh.");
   command->add_option("scan", args->options.scan, "PLY, OBJ or OFF file")->required();
   command
-      ->add_option("-o,--output", args->options.output, "remesh to write: .drc, .obj, .ply or .off")
+      ->add_option("-o,--output", args->options.output,
+                   "remesh to write: .drc, .obj, .ply or .off; for several sizes {faces}, {size} "
+                   "or {n} in it "
+                   "stand for the size and its place in the list")
       ->required();
   add_size_options(*command, *args);
+  add_input_options(*command, *args);
   add_method_options(*command, *args);
   add_run_options(*command, *args);
   command->callback([args, &action] { action = [args] { return run(*args); }; });

@@ -298,6 +298,34 @@ TEST(Quadrangulate, RandomComplexesKeepTheirTopology) {
   }
 }
 
+TEST(Quadrangulate, RandomComplexesBecomePureQuads) {
+  JoinReport joined;
+  std::uint64_t subdivided = 0;
+  for (int round = 0; round < 4000; ++round) {
+    Rng rng(static_cast<std::uint64_t>(round));
+    const CellMap map = random_map(rng, round);
+    QuadrangulateOptions options;
+    options.contract_below = 0.3 * pick(rng, 4);
+    options.pair_between = pick(rng, 6);
+    options.pure_quads = true;
+    QuadrangulateReport report;
+    const PolygonMesh mesh = run(to_complex(map, rng), report, options);
+    expect_kept(map.counts(), mesh);
+    EXPECT_EQ(measure_quality(mesh).triangles, 0U);
+    joined.merged += report.joined.merged;
+    joined.chords += report.joined.chords;
+    joined.at_border += report.joined.at_border;
+    subdivided += report.subdivided > 0 ? 1 : 0;
+    ASSERT_FALSE(HasFailure()) << "round " << round;
+  }
+  // All means were needed; the last one by tiny components alone.
+  EXPECT_GT(joined.merged, 20U);
+  EXPECT_GT(joined.chords, 1000U);
+  EXPECT_GT(joined.at_border, 100U);
+  EXPECT_GT(subdivided, 0U);
+  EXPECT_LT(subdivided, 1200U);
+}
+
 TEST(Quadrangulate, ThreadsDoNotMatter) {
   Rng rng(11);
   CellMap map(grid(60, 60));

@@ -343,19 +343,27 @@ TEST(Picture, StripsHoldFourLabelledPanels) {
   const Image strip = render_panels(input, options);
   EXPECT_EQ(strip.width() % 4, 0);
   EXPECT_LE(strip.width(), 4 * 150);
-  EXPECT_GT(strip.height(), 150);
+  const int label = 29;
+  EXPECT_GT(strip.height(), 75 + label);
+  EXPECT_LE(strip.height(), 150 + label);
   const int panel = strip.width() / 4;
   for (int i = 0; i < 4; ++i) {
     int ink = 0;
     int drawn = 0;
     for (int y = 0; y < strip.height(); ++y) {
       for (int x = i * panel; x < (i + 1) * panel; ++x) {
-        (y < 150 ? drawn : ink) += brightness(strip.at(x, y)) < 730 ? 1 : 0;
+        (y < strip.height() - label ? drawn : ink) += brightness(strip.at(x, y)) < 730 ? 1 : 0;
       }
     }
     EXPECT_GT(ink, 20) << "label " << i;
     EXPECT_GT(drawn, 500) << "panel " << i;
   }
+  // Six stand in two rows.
+  input.has_curvature = input.close_up = true;
+  const Image rows = render_panels(input, options);
+  EXPECT_EQ(rows.width(), 3 * panel);
+  EXPECT_EQ(rows.height(), 2 * strip.height());
+  input.has_curvature = input.close_up = false;
   input.scan = nullptr;
   EXPECT_EQ(render_panels(input, options).width() / 150, 1);
   write_png(strip, scratch.file("strip.png"));
@@ -372,9 +380,56 @@ TEST(Picture, GuessesWhichWayIsUp) {
   UpAxisGuess standing(Vec3d(-1, -1, -0.5), Vec3d(1, 1, 1));
   standing.add(cut.positions, cut.triangles);
   EXPECT_EQ(standing.axis(), 2);
+  EXPECT_TRUE(standing.tilt().isZero(0.0));
   UpAxisGuess round(Vec3d(-1, -1, -1), Vec3d(1, 1, 1));
   round.add(ball.positions, ball.triangles);
   EXPECT_EQ(round.axis(), 1);
+  EXPECT_TRUE(round.tilt().isZero(0.0));
+}
+
+TEST(Picture, SetsUprightWhatStandsAskew) {
+  Surface cut = sphere(40);
+  for (const Vec3d& up : {Vec3d(0.3, 0.8, 0.4), Vec3d(-0.1, -0.5, 0.9), Vec3d(0.2, 0.6, -0.5)}) {
+    const Vec3d axis = up.normalized();
+    Surface leaning = cut;
+    for (Vec3f& p : leaning.positions) {
+      const double below = std::max(0.0, -0.6 - axis.dot(p.cast<double>()));
+      p += (below * axis).cast<float>();
+    }
+    UpAxisGuess guess(Vec3d(-1, -1, -1), Vec3d(1, 1, 1));
+    guess.add(leaning.positions, leaning.triangles);
+    EXPECT_LT((guess.tilt() - axis).norm(), 0.02);
+    EXPECT_EQ(guess.axis(), axis.z() > axis.y() ? 2 : 1);
+  }
+  // Upside down it would stand on nothing.
+  Surface hanging = cut;
+  const Vec3f roof = Vec3f(0.0F, 0.8F, 0.6F);
+  for (Vec3f& p : hanging.positions) {
+    p -= std::max(0.0F, roof.dot(p) - 0.6F) * roof;
+  }
+  UpAxisGuess guess(Vec3d(-1, -1, -1), Vec3d(1, 1, 1));
+  guess.add(hanging.positions, hanging.triangles);
+  EXPECT_TRUE(guess.tilt().isZero(0.0));
+}
+
+TEST(Picture, ZoomsWithoutLeavingThePicture) {
+  Camera camera(Vec3d(-1, -1, -1), Vec3d(1, 1, 1), kFront);
+  const std::vector<Vec3f> corners{Vec3f(-1, -1, 0), Vec3f(1, 1, 0)};
+  camera.include(corners);
+  camera.fit(100, 100, 0.1);
+  Camera middle = camera;
+  const Vec3f point(0.2F, -0.1F, 0.0F);
+  middle.zoom(point, 4.0F, 100, 100);
+  const Vec3f at = middle.project(middle.to_camera(point));
+  EXPECT_NEAR(at.x(), 50, 1e-2);
+  EXPECT_NEAR(at.y(), 50, 1e-2);
+  Camera edge = camera;
+  edge.zoom(corners[1], 4.0F, 100, 100);
+  // The upper right corner of both pictures shows the same.
+  const Vec3f before = camera.ray(100.0F, 0.0F);
+  const Vec3f after = edge.ray(100.0F, 0.0F);
+  EXPECT_NEAR(before.x(), after.x(), 1e-5);
+  EXPECT_NEAR(before.y(), after.y(), 1e-5);
 }
 
 TEST(Picture, TextKeepsToItsWidth) {

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+#include "jobs/render_job.h"
+
+#include <filesystem>
+
+#include "engine/core/errors.h"
+#include "engine/mesh/scan_record.h"
+#include "jobs/load_mesh.h"
+#include "jobs/memory_share.h"
+#include "jobs/preview.h"
+#include "jobs/work_record.h"
+
+namespace rattan {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+void check_output(const std::string& output) {
+  const fs::path path(output);
+  const std::string extension = path.extension().string();
+  if (extension != ".png" && extension != ".PNG") {
+    throw UsageError(output + ": pictures are written as PNG. Use a name that ends in .png.");
+  }
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  std::error_code ignored;
+  if (!fs::is_directory(folder, ignored)) {
+    throw UsageError(folder.string() + ": there is no such folder to write " + output +
+                     " into. Create it first.");
+  }
+}
+
+RenderOptions render_options(const PictureOptions& options) {
+  RenderOptions how;
+  how.width = options.width;
+  how.height = options.height;
+  how.view = options.view;
+  return how;
+}
+
+void render_work(const PictureOptions& options) {
+  Hdf5Store store({.directory = options.path,
+                   .cache_bytes = default_memory_share() / 2,
+                   .keep = true,
+                   .read_only = true});
+  if (!store.is_complete("mesh") || !store.has_chunk(fields::kScanRecord.name, TileId(0))) {
+    throw InputError(options.path, "", "the folder holds no scan of Rattan's",
+                     "Give the work directory of a run with --keep-work");
+  }
+  const ScanMesh scan = load_scan_mesh(store);
+  const WorkRecord work = load_work(store);
+  write_preview({.store = store,
+                 .scan = scan,
+                 .remesh = work.remesh ? &*work.remesh : nullptr,
+                 .omega = work.omega,
+                 .density = work.density},
+                options.output, render_options(options));
+}
+
+void render_file(const PictureOptions& options) {
+  const LoadedMesh loaded = load_mesh(options.path);
+  write_png(render_polygons(loaded.mesh, render_options(options), nullptr, options.edges),
+            options.output);
+}
+
+}  // namespace
+
+void render_picture(const PictureOptions& options) {
+  check_output(options.output);
+  if (fs::is_directory(options.path)) {
+    render_work(options);
+  } else {
+    render_file(options);
+  }
+}
+
+}  // namespace rattan
