@@ -13,6 +13,7 @@
 #include "engine/mesh/scan_record.h"
 #include "engine/param/parameterize.h"
 #include "engine/remesh/distance.h"
+#include "engine/remesh/mend_quads.h"
 #include "engine/remesh/optimise.h"
 #include "engine/remesh/quadrangulate.h"
 #include "engine/remesh/quality.h"
@@ -227,13 +228,39 @@ class RemeshJob {
   void optimise_positions() {
     projector_.emplace(store_, mesh_, ProjectorOptions{}, tasks_);
     optimise(remesh_, store_, mesh_, *projector_, OptimiseOptions{}, tasks_);
-    if (!options_.pure_quads) {
+    if (options_.pure_quads) {
+      mend_quads();
+    } else {
       split_bad_quads(remesh_, kLeastJacobian);
     }
     report_.distance =
         measure_distances(remesh_, store_, mesh_, *projector_, DistanceOptions{}, tasks_);
     if (mesh_.has_colours) {
       transfer_colours(remesh_, store_, mesh_, *projector_, tasks_);
+    }
+  }
+
+  // A folded quad can't become two triangles here: more untangling, then other quads in its place.
+  // The mesh with fewest of them is kept.
+  void mend_quads() {
+    constexpr int kRounds = 4;
+    std::uint64_t fewest = measure_quality(remesh_).bad_quads;
+    PolygonMesh mended = fewest > 0 ? remesh_ : PolygonMesh();
+    for (int round = 0; round < kRounds && fewest > 0; ++round) {
+      OptimiseOptions options;
+      if (round == 0) {
+        options.steps = 0;
+        options.relocate = false;
+      } else {
+        mend_bad_quads(mended);
+      }
+      options.untangle_rounds = 12;
+      optimise(mended, store_, mesh_, *projector_, options, tasks_);
+      const std::uint64_t left = measure_quality(mended).bad_quads;
+      if (left < fewest) {
+        fewest = left;
+        remesh_ = mended;
+      }
     }
   }
 

@@ -10,6 +10,7 @@
 
 #include "engine/field/curvature.h"
 #include "engine/field/tangent_frame.h"
+#include "engine/mesh/wanted_direction.h"
 
 namespace rattan {
 
@@ -151,7 +152,7 @@ double assemble_smoothing(Store& store, const ScanMesh& mesh, const SmoothingOpt
         s.fans.load(store, id);
         s.normals.load(store, fields::kNormal, fields::kMeshHalo, id);
         s.positions.load(store, fields::kSmoothPosition, fields::kMeshHalo, id);
-        if (mesh.has_directions) {
+        if (has_wanted_directions(store)) {
           s.wanted = read(store, fields::kWantedDirection, id);
         } else {
           s.curvature = read(store, fields::kCurvature, id);

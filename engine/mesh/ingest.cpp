@@ -180,8 +180,8 @@ class IngestRun {
     order_.run(input, triangles);
     in_.positions_.erase();
     in_.colours_.erase();
-    mesh_.has_directions = in_.directions_.size() > 0;
-    if (mesh_.has_directions) {
+    directed_ = in_.directions_.size() > 0;
+    if (directed_) {
       ensure(in_.directions_.size() == in_.vertices_, "each vertex has a direction, or none has");
       rank_directions(store_, in_.directions_, order_.ids(), options_);
       in_.directions_.erase();
@@ -408,7 +408,7 @@ class IngestRun {
           if (mesh_.has_colours) {
             s.colours = read(store_, kRankedColour, tile);
           }
-          if (mesh_.has_directions) {
+          if (directed_) {
             s.directions = read(store_, kRankedDirection, tile);
           }
         },
@@ -445,7 +445,7 @@ class IngestRun {
           if (mesh_.has_colours) {
             write(store_, fields::kColour, tile, a.colours);
           }
-          if (mesh_.has_directions) {
+          if (directed_) {
             write_directions(tile, s.directions.span(), s.source.span());
           }
           write(store_, fields::kTriangle, tile, a.triangles);
@@ -500,6 +500,7 @@ class IngestRun {
   std::vector<std::uint64_t> patch_base_;  ///< per block, its first border patch
   std::vector<PatchFate> fates_;
   bool one_sided_ = false;
+  bool directed_ = false;  ///< vertices come with directions
 };
 
 Ingest::Ingest(Store& store, IngestOptions options)

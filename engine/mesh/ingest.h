@@ -18,6 +18,7 @@
 #include "engine/mesh/polygon_cutter.h"
 #include "engine/mesh/scan_sink.h"
 #include "engine/mesh/tile_mesh.h"
+#include "engine/mesh/wanted_direction.h"
 
 namespace rattan {
 

@@ -421,7 +421,7 @@ void feed(Store& store, const ScanMesh& scan, const SmallComponents& small, cons
       const ChunkView<Rgba> colours = read(store, fields::kColour, TileId(t));
       again.add_colours(colours.span().first(mesh.extent.owned));
     }
-    if (scan.has_directions) {
+    if (has_wanted_directions(store)) {
       again.add_directions(read(store, fields::kWantedDirection, TileId(t)).span());
     }
     const std::vector<std::uint8_t> keep = small.kept(tile);
@@ -438,7 +438,7 @@ void feed(Store& store, const ScanMesh& scan, const SmallComponents& small, cons
     if (scan.has_colours) {
       again.add_colours(filling.colours);
     }
-    if (scan.has_directions) {
+    if (has_wanted_directions(store)) {
       again.add_directions(
           std::vector<VertexDirection>(filling.positions.size(), VertexDirection{}));
     }

@@ -53,7 +53,7 @@ void save_scan_mesh(Store& store, const ScanMesh& mesh) {
   std::vector<std::uint64_t> numbers = {kVersion};
   for_each_number(
       mesh, [&](const auto& value) { numbers.push_back(std::bit_cast<std::uint64_t>(value)); });
-  numbers.push_back((mesh.has_colours ? 1 : 0) | (mesh.has_directions ? 2 : 0));
+  numbers.push_back(mesh.has_colours ? 1 : 0);
   write(store, fields::kScanRecord, kOnly, numbers);
   store.write_chunk(fields::kScanTiles.name, kOnly,
                     std::make_shared<std::vector<std::byte>>(bytes_of(mesh.layout.tiles)));
@@ -73,9 +73,7 @@ ScanMesh load_scan_mesh(Store& store) {
   for_each_number(mesh, [&](auto& value) {
     value = std::bit_cast<std::remove_reference_t<decltype(value)>>(next());
   });
-  const std::uint64_t has = next();
-  mesh.has_colours = (has & 1) != 0;
-  mesh.has_directions = (has & 2) != 0;
+  mesh.has_colours = next() != 0;
   ensure(at == numbers.size(), "a scan's record holds no more than it should");
   const auto tiles = read(store, fields::kScanTiles, kOnly);
   mesh.layout.tiles.assign(tiles.begin(), tiles.end());

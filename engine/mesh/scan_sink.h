@@ -13,13 +13,6 @@ namespace rattan {
 /// Red, green, blue, alpha of a vertex.
 using Rgba = std::array<std::uint8_t, 4>;
 
-/// What a vertex' direction in the field should be: a vector of any length, zero for no opinion, and
-/// its fidelity in [0, 1], the weight of PGP 4.2.
-struct VertexDirection {
-  Vec3f direction{0.0F, 0.0F, 0.0F};
-  float fidelity = 1.0F;
-};
-
 /// Receives a scan as it streams from a file. Vertices are numbered from 0 in the order they come;
 /// faces may refer to vertices that come later and may come in any interleaving.
 class ScanSink {

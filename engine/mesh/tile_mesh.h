@@ -25,8 +25,6 @@ inline constexpr Field<LocalTriangle> kTriangle{"mesh/triangle"};
 inline constexpr Field<std::uint8_t> kVertexFlag{"mesh/vertex_flag"};
 /// Colours of owned vertices, then halo; only where ScanMesh::has_colours.
 inline constexpr Field<Rgba> kColour{"mesh/colour"};
-/// Directions wanted at owned vertices; only where ScanMesh::has_directions.
-inline constexpr Field<VertexDirection> kWantedDirection{"mesh/direction"};
 inline constexpr HaloFields kMeshHalo{{"mesh/halo_ids"}, {"mesh/halo_slots"}, {"mesh/border"}};
 }  // namespace fields
 
@@ -102,7 +100,6 @@ struct ScanMesh {
   double unit = 1.0;
   Vec3d origin = Vec3d::Zero();
   bool has_colours = false;
-  bool has_directions = false;
   Vec3d box_min = Vec3d::Zero();  ///< of stored positions
   Vec3d box_max = Vec3d::Zero();
   ScanTopology topology;

@@ -71,14 +71,20 @@ bool collapsible(const CellMap& map, std::uint32_t h) {
   return true;
 }
 
+Vec3d collapsed_position(const CellMap& map, std::uint32_t h) {
+  const std::uint32_t a = map.origin(h), c = map.target(map.next(h));
+  if (map.on_boundary(a) || map.is_corner(a)) {
+    return map.position(a);
+  }
+  if (map.on_boundary(c) || map.is_corner(c)) {
+    return map.position(c);
+  }
+  return 0.5 * (map.position(a) + map.position(c));
+}
+
 std::uint32_t collapse_quad(CellMap& map, std::uint32_t h) {
   const std::uint32_t second = map.next(map.next(h));
-  const std::uint32_t a = map.origin(h), c = map.origin(second);
-  const bool to_a = map.on_boundary(a) || map.is_corner(a);
-  const bool to_c = map.on_boundary(c) || map.is_corner(c);
-  const Vec3d at = to_a   ? map.position(a)
-                   : to_c ? map.position(c)
-                          : Vec3d(0.5 * (map.position(a) + map.position(c)));
+  const Vec3d at = collapsed_position(map, h);
   // Two triangles, their common edge contracted, then two faces of two edges each.
   const std::uint32_t diagonal = map.split_face(h, second);
   const std::uint32_t kept = map.origin(diagonal);

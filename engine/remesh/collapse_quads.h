@@ -14,6 +14,10 @@ namespace rattan {
 /// corners and boundary loops stay.
 bool collapsible(const CellMap& map, std::uint32_t h);
 
+/// Where the two corners would meet: half-way, or at the one that is on a boundary or a corner of
+/// it.
+Vec3d collapsed_position(const CellMap& map, std::uint32_t h);
+
 /// Does so. Pre: collapsible. Returns the vertex that is left.
 std::uint32_t collapse_quad(CellMap& map, std::uint32_t h);
 

@@ -10,7 +10,7 @@
 #include <span>
 #include <string>
 
-#include "engine/mesh/scan_sink.h"
+#include "engine/mesh/wanted_direction.h"
 
 namespace rattan {
 

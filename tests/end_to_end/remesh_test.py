@@ -3,6 +3,7 @@
 draco_decoder, same bytes for any thread count, exit codes."""
 
 import json
+import math
 import os
 import shutil
 import subprocess
@@ -141,6 +142,44 @@ class Remesh(unittest.TestCase):
                 done = rattan("remesh", self.folder / "none.ply", *words, *out)
                 self.assertEqual(done.returncode, 2, done.stderr)
         self.assertEqual(list(self.folder.glob("no*.obj")), [])
+
+    def test_field_of_the_user(self):
+        """A plane with a field at 17 degrees, in a scan whose vertices come in another order than
+        along the curve: the inner edges of the remesh lie along it or across."""
+        n, turn = 60, math.radians(17)
+        order = [(i * 1709) % ((n + 1) * (n + 1)) for i in range((n + 1) * (n + 1))]
+        place = {grid: k for k, grid in enumerate(order)}
+        scan, field = self.folder / "plane.obj", self.folder / "field.txt"
+        with open(scan, "w") as f:
+            for g in order:
+                f.write(f"v {g % (n + 1)} {g // (n + 1)} 0\n")
+            for y in range(n):
+                for x in range(n):
+                    a, b, c, d = (1 + place[(y + v) * (n + 1) + x + u]
+                                  for u, v in ((0, 0), (1, 0), (1, 1), (0, 1)))
+                    f.write(f"f {a} {b} {c}\nf {a} {c} {d}\n")
+        lines = [f"{3 * math.cos(turn)} {3 * math.sin(turn)} 0"
+                 for g in order]
+        field.write_text("# 17 degrees\n" + "\n".join(lines) + "\n")
+        self.remesh(scan, "--field", field, "--faces", 400, output="out.obj")
+        vertices, faces = mesh_checks.read_mesh(self.folder / "out.obj")
+        off = []
+        for face in faces:
+            for a, b in zip(face, face[1:] + face[:1]):
+                p, q = vertices[a], vertices[b]
+                if all(9 < c < n - 9 for c in (*p[:2], *q[:2])):
+                    angle = math.degrees(math.atan2(q[1] - p[1], q[0] - p[0])) - 17
+                    off.append(abs((angle + 45) % 90 - 45))
+        self.assertGreater(len(off), 200)
+        self.assertLess(sorted(off)[len(off) // 2], 1.0)
+        for text, said in (("\n".join(lines[1:]), "3720 vectors"), ("1 0 nan\n", "line 1"),
+                           ("\n".join([*lines, "1 0 0"]), "3722 vectors")):
+            field.write_text(text)
+            done = rattan("remesh", scan, "-o", self.folder / "x.drc", "--field", field)
+            self.assertEqual(done.returncode, 3, done.stderr)
+            self.assertIn("field.txt", done.stderr)
+            self.assertIn(said, done.stderr)
+            self.assertFalse((self.folder / "x.drc").exists())
 
     def test_same_bytes_for_any_thread_count(self):
         scan = self.folder / "synth.ply"

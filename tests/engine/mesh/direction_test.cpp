@@ -35,7 +35,7 @@ ScanMesh ingest_directed(Store& store, const Soup& soup, const IngestOptions& op
 std::uint64_t count_directed(const Soup& soup, const IngestOptions& options) {
   MemoryStore store;
   const ScanMesh mesh = ingest_directed(store, soup, options);
-  EXPECT_TRUE(mesh.has_directions);
+  EXPECT_TRUE(has_wanted_directions(store));
   EXPECT_EQ(mesh.origin, Vec3d(0, 0, 0));
   std::uint64_t directed = 0;
   for (std::uint32_t t = 0; t < mesh.layout.tile_count(); ++t) {

@@ -22,7 +22,6 @@ TEST(ScanRecord, ComesBackWhole) {
   mesh.origin = Vec3d(1e6, -2.5, 3);
   mesh.unit = 0.25;
   mesh.has_colours = true;
-  mesh.has_directions = true;
   std::uint64_t count = 0;
   for_each_count(mesh.repaired, [&](const char*, std::uint64_t& c) { c = ++count; });
   save_scan_mesh(store, mesh);
@@ -38,7 +37,6 @@ TEST(ScanRecord, ComesBackWhole) {
   EXPECT_EQ(loaded.topology.boundary_loops, 1U);
   EXPECT_EQ(loaded.unit, 0.25);
   EXPECT_TRUE(loaded.has_colours);
-  EXPECT_TRUE(loaded.has_directions);
   for_each_count(loaded.repaired, [&](const char* name, std::uint64_t c) {
     EXPECT_EQ(c, count + 1 - sizeof(RepairCounts) / sizeof(std::uint64_t)) << name;
     ++count;

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <oneapi/tbb/global_control.h>
 
+#include "engine/remesh/mend_quads.h"
 #include "engine/remesh/quality.h"
 #include "engine/remesh/topology.h"
 #include "tests/engine/remesh/shapes.h"
@@ -300,7 +301,7 @@ TEST(Quadrangulate, RandomComplexesKeepTheirTopology) {
 
 TEST(Quadrangulate, RandomComplexesBecomePureQuads) {
   JoinReport joined;
-  std::uint64_t subdivided = 0;
+  std::uint64_t subdivided = 0, collapsed = 0, inset = 0;
   for (int round = 0; round < 4000; ++round) {
     Rng rng(static_cast<std::uint64_t>(round));
     const CellMap map = random_map(rng, round);
@@ -312,6 +313,15 @@ TEST(Quadrangulate, RandomComplexesBecomePureQuads) {
     const PolygonMesh mesh = run(to_complex(map, rng), report, options);
     expect_kept(map.counts(), mesh);
     EXPECT_EQ(measure_quality(mesh).triangles, 0U);
+    // Positions of such meshes are folded: many quads are bad.
+    PolygonMesh mended = mesh;
+    for (int times = 0; times < 2; ++times) {
+      const MendReport mend = mend_bad_quads(mended);
+      collapsed += mend.collapsed;
+      inset += mend.inset;
+      expect_kept(map.counts(), mended);
+      EXPECT_EQ(measure_quality(mended).triangles, 0U);
+    }
     joined.merged += report.joined.merged;
     joined.chords += report.joined.chords;
     joined.at_border += report.joined.at_border;
@@ -323,6 +333,8 @@ TEST(Quadrangulate, RandomComplexesBecomePureQuads) {
   EXPECT_GT(joined.chords, 1000U);
   EXPECT_GT(joined.at_border, 100U);
   EXPECT_GT(subdivided, 0U);
+  EXPECT_GT(collapsed, 100U);
+  EXPECT_GT(inset, 100U);
   EXPECT_LT(subdivided, 1200U);
 }
 
