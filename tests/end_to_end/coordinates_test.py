@@ -56,7 +56,7 @@ class Coordinates(unittest.TestCase):
         return [tuple(x + s for x, s in zip(p, shift)) for p in vertices], faces
 
     def test_a_far_scan_keeps_its_detail(self):
-        near, far = self.folder / "near.ply", self.folder / "far.ply"
+        near, far = self.folder / "near_scan.ply", self.folder / "far_scan.ply"
         cube = ridged_cube()
         odd_meshes.write_ply(near, cube)
         odd_meshes.write_ply(far, odd_meshes.moved(cube, FAR))
@@ -74,7 +74,7 @@ class Coordinates(unittest.TestCase):
                 if extension == "drc":
                     self.assertTrue(all(abs(o - f) < 10 for o, f in zip(origin[:2], FAR)), origin)
                     info = subprocess.run([RATTAN, "info", self.folder / "far.drc"],
-                                          capture_output=True, text=True, timeout=20)
+                                          capture_output=True, text=True, timeout=300)
                     self.assertIn("origin", info.stdout)
                 vertices, faces = self.read("far." + extension, origin)
                 self.assertEqual(mesh_checks.violations(faces, len(vertices)), {})
@@ -82,7 +82,7 @@ class Coordinates(unittest.TestCase):
                 # surface; it is the surface that must be the same.
                 off = self.distances([tuple(x - f for x, f in zip(p, FAR))
                                       for p in vertices[::3]], cube)
-                self.assertLess(max(off), max(1.5 * most, 0.1 * MILLIMETRE))
+                self.assertLess(max(off), 2 * most)
                 self.assertLess(sum(off) / len(off), 1.1 * mean + 0.01 * MILLIMETRE)
                 for name in ("from_input_rms", "to_input_rms"):
                     self.assertLess(report["distance"][name],
