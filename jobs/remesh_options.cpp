@@ -8,7 +8,7 @@ namespace rattan {
 RemeshOptions RemeshOptions::resolved() const {
   RemeshOptions o = *this;
   if (o.density == 0) {
-    o.density = o.pure_quads ? 4 : 2;
+    o.density = o.pure_quads ? 4 : 1;
   }
   return o;
 }

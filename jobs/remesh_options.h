@@ -31,8 +31,8 @@ struct RemeshOptions {
   /// Faces of the remesh; edge length in file units; or faces per triangle of the repaired scan.
   /// One remesh for each.
   std::vector<double> sizes = {0.05};
-  /// Iso-lines per period of the parameterization; 0 takes 2, or 4 for pure quads: fewer irregular
-  /// vertices, sizes less even.
+  /// Iso-lines per period of the parameterization; 0 takes 1, or 4 for pure quads. More lines
+  /// leave fewer irregular vertices and make sizes less even.
   int density = 0;
 
   /// File of directions to follow instead of the curvature, see field_reader.h; empty: none.

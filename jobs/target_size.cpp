@@ -28,7 +28,7 @@ TargetSize target_size(SizeKind kind, double size, const ScanMesh& mesh) {
   // it millions of times. What is asked for is then searched from the coarse side.
   const auto triangles = static_cast<double>(mesh.topology.triangles);
   const double length = mesh.mean_edge_length * static_cast<double>(mesh.topology.edges);
-  const double most_crossings = 1e5 + 20.0 * (triangles + target.faces);
+  const double most_crossings = 1e3 + 20.0 * (triangles + target.faces);
   target.quad_side = std::max(target.quad_side, 1.3 * length / most_crossings);
   return target;
 }

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 namespace rattan {
@@ -113,7 +114,9 @@ void surface_of_tile(const std::vector<Vec3f>& p, SurfaceState& s) {
 struct AverageState {
   FanView fans;
   HaloView<CurvatureMeasure> in;
+  HaloView<Vec3f> normals;
   std::vector<CurvatureMeasure> out;
+  std::vector<Vec3f> out_normals;
 };
 
 void average(AverageState& s) {
@@ -133,6 +136,27 @@ void average(AverageState& s) {
     const auto scale = static_cast<float>(share_of(row[i], row[i + 1]));
     for (int c = 0; c < 8; ++c) {
       s.out[i].m[c] = sum[c] * scale;
+    }
+  }
+}
+
+// Where a fan is folded over, its normal points into the surface and the field around it has to
+// make up for a whole sphere of turns: eight singularities for one vertex. Such a vertex takes the
+// neighbours' normal. (Averaging all normals leaves fewer singularities, but quads less square.)
+void unfold_normals(AverageState& s) {
+  const std::vector<Vec3f> in = s.normals.gather();
+  const std::uint32_t owned = s.fans.owned();
+  const std::uint32_t* row = s.fans.row_begin.span().data();
+  const std::uint32_t* neighbor = s.fans.neighbor.span().data();
+  s.out_normals.assign(in.begin(), in.begin() + owned);
+  for (std::uint32_t i = 0; i < owned; ++i) {
+    Vec3f around = Vec3f::Zero();
+    for (std::uint32_t k = row[i]; k < row[i + 1]; ++k) {
+      around += in[neighbor[k]];
+    }
+    const float norm = std::sqrt(around.squaredNorm());
+    if (around.dot(in[i]) < 0.0F && norm > 1e-6F) {
+      s.out_normals[i] = around / norm;
     }
   }
 }
@@ -176,15 +200,36 @@ double prepare_surface(Store& store, const ScanMesh& mesh, const GeometryOptions
     curvature.finish(store);
   }
   for (int round = 0; round < options.curvature_rounds; ++round) {
+    const bool unfolds = round == 0;
     BoardWriter<CurvatureMeasure> curvature(fields::kCurvature, mesh.layout);
+    std::optional<BoardWriter<Vec3f>> unfolded;
+    if (unfolds) {
+      unfolded.emplace(fields::kNormal, mesh.layout);
+    }
     run_pass<AverageState>(
         tasks, "curvature", tiles,
         [&](TileId id, AverageState& s) {
           s.fans.load(store, id);
           s.in.load(store, fields::kCurvature, fields::kMeshHalo, id);
+          if (unfolds) {
+            s.normals.load(store, fields::kNormal, fields::kMeshHalo, id);
+          }
         },
-        [&](TileId, AverageState& s) { average(s); },
-        [&](TileId id, AverageState& s) { curvature.commit(store, fields::kMeshHalo, id, s.out); });
+        [&](TileId, AverageState& s) {
+          average(s);
+          if (unfolds) {
+            unfold_normals(s);
+          }
+        },
+        [&](TileId id, AverageState& s) {
+          curvature.commit(store, fields::kMeshHalo, id, s.out);
+          if (unfolds) {
+            unfolded->commit(store, fields::kMeshHalo, id, s.out_normals);
+          }
+        });
+    if (unfolds) {
+      unfolded->finish(store);
+    }
     curvature.finish(store);
   }
   return total_area;

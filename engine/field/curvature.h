@@ -21,7 +21,8 @@ int curvature_rounds(const ScanMesh& mesh, double reach);
 
 /// One pass for weights, normals (area-weighted), areas and raw curvature, then one a round. Needs
 /// the vertex graph and kSmoothPosition; writes kEdgeWeight, kDiagonal, kNormal, kVertexArea,
-/// kCurvature. Returns the area of the low-passed surface.
+/// kCurvature. The first round also turns normals that point against their neighbours'. Returns the
+/// area of the low-passed surface.
 double prepare_surface(Store& store, const ScanMesh& mesh, const GeometryOptions& options,
                        TaskGraph& tasks);
 

@@ -15,6 +15,7 @@
 #include "engine/core/parallel.h"
 #include "engine/remesh/boundary_curve.h"
 #include "engine/remesh/quadric.h"
+#include "engine/remesh/shape_pull.h"
 #include "engine/remesh/vertex_stars.h"
 
 namespace rattan {
@@ -25,6 +26,10 @@ constexpr std::size_t kGrain = 1024;
 // The last steps carry less over, so that what still swings comes to rest.
 constexpr int kLastSteps = 4;
 constexpr double kLastMomentum = 0.5;
+// Forces change faster than matched shapes do.
+constexpr double kPullMomentum = 0.8;
+// Of the edge length, in one step of pulling.
+constexpr double kLongestPull = 0.1;
 // Relocation leaves a vertex at the mean height of the scan around it; on a smooth surface a mesh
 // whose vertices stand as high again above that is nearest in the mean. The umbrella vector of a
 // square of side h has length (k1 + k2) h^2 / 4 along the normal, the height is (k1 + k2) h^2 / 24.
@@ -96,7 +101,6 @@ class Optimiser {
         }
       }
     }
-    corner_target_.resize(mesh_.corners.size());
     face_normal_.resize(mesh_.face_count());
     edge_length_ = mean_edge_length(mesh_);
   }
@@ -104,25 +108,15 @@ class Optimiser {
   OptimiseReport run() {
     refresh_normals();
     report_.inverted_before = count_inverted();
-    if (options_.steps > 0) {
-      velocity_.assign(mesh_.vertex_count(), Vec3d::Zero());
-      anchor_ = checkpoint_ = mesh_.positions;
-    }
-    for (int step = 1; step <= options_.steps; ++step) {
-      momentum_ = options_.steps - step < kLastSteps ? std::min(kLastMomentum, options_.momentum)
-                                                     : options_.momentum;
-      advance();
-      ++report_.steps;
-      if (step % options_.steps_per_projection == 0 || step == options_.steps) {
-        project();
-        revert_degraded(checkpoint_);
-        checkpoint_ = mesh_.positions;
-      } else if (step % kStepsPerNormal != 0) {
-        continue;
-      }
-      anchor_ = mesh_.positions;
-      refresh_normals();
-    }
+    velocity_.assign(mesh_.vertex_count(), Vec3d::Zero());
+    anchor_ = checkpoint_ = mesh_.positions;
+    corner_target_.resize(mesh_.corners.size());
+    iterate(options_.steps, options_.momentum, [this] { advance(); });
+    corner_target_ = {};
+    std::fill(velocity_.begin(), velocity_.end(), Vec3d::Zero());
+    pull_.resize(mesh_.corners.size());
+    iterate(options_.pull_steps, std::min(options_.momentum, kPullMomentum), [this] { pull(); });
+    pull_ = {};
     if (options_.relocate) {
       relocate();
     }
@@ -133,6 +127,25 @@ class Optimiser {
   }
 
  private:
+  /// Steps in the tangent planes, each `step` once; ends on the scan.
+  template <class Step>
+  void iterate(int steps, double momentum, const Step& step) {
+    for (int k = 1; k <= steps; ++k) {
+      momentum_ = steps - k < kLastSteps ? std::min(kLastMomentum, momentum) : momentum;
+      step();
+      ++report_.steps;
+      if (k % options_.steps_per_projection == 0 || k == steps) {
+        project();
+        revert_degraded(checkpoint_);
+        checkpoint_ = mesh_.positions;
+      } else if (k % kStepsPerNormal != 0) {
+        continue;
+      }
+      anchor_ = mesh_.positions;
+      refresh_normals();
+    }
+  }
+
   /// Normals that faces and vertices keep until the next call.
   void refresh_normals() {
     vertex_normal_ = vertex_normals(mesh_, stars_);
@@ -214,18 +227,36 @@ class Optimiser {
   void advance() {
     parallel_indices(
         mesh_.face_count(), [&](std::size_t f) { match_shape(f); }, kGrain);
+    move_all([&](std::uint32_t v) { return matched(v); });
+  }
+
+  void pull() {
+    parallel_indices(
+        mesh_.face_count(),
+        [&](std::size_t f) {
+          pull_face(mesh_.positions, mesh_.face(f), face_normal_[f], edge_length_,
+                    options_.length_weight, pull_.data() + mesh_.face_begin[f]);
+        },
+        kGrain);
+    move_all([&](std::uint32_t v) { return pulled(v); });
+  }
+
+  template <class Displacement>
+  void move_all(const Displacement& displacement) {
     next_.resize(mesh_.vertex_count());
     parallel_indices(
         mesh_.vertex_count(),
-        [&](std::size_t v) { next_[v] = moved(static_cast<std::uint32_t>(v)); }, kGrain);
+        [&](std::size_t i) {
+          const auto v = static_cast<std::uint32_t>(i);
+          next_[v] = motion_[v] == Motion::kFixed ? mesh_.positions[v] : moved(v, displacement(v));
+        },
+        kGrain);
     mesh_.positions.swap(next_);
   }
 
-  Vec3d moved(std::uint32_t v) {
+  /// From the vertex towards the mean of its corners' targets.
+  Vec3d matched(std::uint32_t v) const {
     const Vec3d& x = mesh_.positions[v];
-    if (motion_[v] == Motion::kFixed) {
-      return x;
-    }
     Vec3d target = Vec3d::Zero();
     for (std::uint32_t at = stars_.begin[v]; at < stars_.begin[v + 1]; ++at) {
       target += corner_target_[stars_.corner[at]];
@@ -235,7 +266,28 @@ class Optimiser {
       const auto& [before, after] = stars_.boundary[v];
       target = 0.5 * target + 0.25 * (mesh_.positions[before] + mesh_.positions[after]);
     }
-    Vec3d to = x + momentum_ * velocity_[v] + options_.step_length * (target - x);
+    return options_.step_length * (target - x);
+  }
+
+  /// Where the forces of the vertex' faces would balance if the others stood still.
+  Vec3d pulled(std::uint32_t v) const {
+    ShapePull sum;
+    for (std::uint32_t at = stars_.begin[v]; at < stars_.begin[v + 1]; ++at) {
+      sum.force += pull_[stars_.corner[at]].force;
+      sum.stiffness += pull_[stars_.corner[at]].stiffness;
+    }
+    if (!(sum.stiffness > 0.0)) {
+      return Vec3d::Zero();
+    }
+    const Vec3d d = sum.force / sum.stiffness;
+    const double length = d.norm();
+    const double longest = kLongestPull * edge_length_;
+    return length > longest ? Vec3d(longest / length * d) : d;
+  }
+
+  Vec3d moved(std::uint32_t v, const Vec3d& displacement) {
+    const Vec3d& x = mesh_.positions[v];
+    Vec3d to = x + momentum_ * velocity_[v] + displacement;
     if (motion_[v] == Motion::kBoundary) {
       to = curve_.closest_on_loop(to, loop_[v]).point;
     } else {
@@ -294,9 +346,7 @@ class Optimiser {
         for (const std::uint32_t v : mesh_.face(f)) {
           if (mesh_.positions[v] != fallback[v]) {
             mesh_.positions[v] = fallback[v];
-            if (!velocity_.empty()) {
-              velocity_[v] = Vec3d::Zero();
-            }
+            velocity_[v] = Vec3d::Zero();
             ++report_.reverted;
             const auto faces = stars_.faces(v);
             around.insert(around.end(), faces.begin(), faces.end());
@@ -465,6 +515,7 @@ class Optimiser {
   std::vector<Vec3d> vertex_normal_;
   std::vector<Vec3d> face_normal_;
   std::vector<Vec3d> corner_target_;
+  std::vector<ShapePull> pull_;    ///< one a corner
   std::vector<Vec3d> checkpoint_;  ///< what degraded faces go back to
   std::vector<Vec3d> anchor_;      ///< a point of each vertex' tangent plane
   std::vector<Vec3d> velocity_;

@@ -23,25 +23,31 @@ struct OptimiseOptions {
   /// Of the way to the mean of those corners; stable below 2 (1 + momentum).
   double step_length = 2.0;
   /// True projections onto the scan (one or two passes over the tiles each) come every so many
-  /// steps and at the end; between them a vertex slides in its tangent plane, turned every other
-  /// step.
+  /// steps of either kind and at the end; between them a vertex slides in its tangent plane, turned
+  /// every other step.
   int steps_per_projection = 20;
   /// 0 leaves each polygon its own size, 1 asks for the mean size of all.
-  double size_weight = 0.1;
+  double size_weight = 0.4;
+  /// Steps after those, along the forces of shape_pull.h: they know of the largest corner deviation
+  /// of a face and of its edge lengths, where shape matching knows of squares only.
+  int pull_steps = 10;
+  /// Evenness of edge lengths against that of angles in those steps.
+  double length_weight = 0.8;
   /// One round of quadric relocation after the steps; takes vertices off the scan by as much as
-  /// brings the faces nearer to it, and towards its creases.
+  /// brings the faces nearer to it, and a little towards its creases: each length gained there
+  /// costs corners and edge lengths.
   bool relocate = true;
-  double tangential_weight = 0.3;
-  double normal_weight = 0.01;
+  double tangential_weight = 2.0;
+  double normal_weight = 0.1;
   /// No step may push the scaled Jacobian of a face below this, nor lower it further, unless the
   /// face is inverted already.
-  double least_jacobian = 0.1;
+  double least_jacobian = 0.5;
   /// Rounds of local search around faces with a scaled Jacobian of zero or less.
   int untangle_rounds = 4;
 };
 
 struct OptimiseReport {
-  std::uint64_t steps = 0;
+  std::uint64_t steps = 0;            ///< of both kinds
   std::uint64_t projections = 0;      ///< closest points asked for
   std::uint64_t reverted = 0;         ///< vertices put back where a face would have degraded
   std::uint64_t relocated = 0;        ///< vertices moved by their quadric

@@ -7,6 +7,7 @@
 
 #include "engine/core/errors.h"
 #include "engine/layout/disjoint_sets.h"
+#include "engine/remesh/balance.h"
 #include "engine/remesh/cell_map.h"
 #include "engine/remesh/collapse_quads.h"
 #include "engine/remesh/edge_sort.h"
@@ -122,6 +123,8 @@ PolygonMesh quadrangulate(CellComplex&& cells, const QuadrangulateOptions& optio
     report.joined = join_triangles(map);
     report.collapsed += collapse_irregular(map);
   }
+  const BalanceReport balanced = balance_valences(map);
+  report.balanced = balanced.collapsed + balanced.turned;
   const RepairReport repaired = repair(map);
   report.doublets = repaired.doublets;
   report.insets += repaired.insets;

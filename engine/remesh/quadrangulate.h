@@ -33,6 +33,7 @@ struct QuadrangulateReport {
   std::uint64_t triangles_split = 0;   ///< triangles after dividing the polygons
   std::uint64_t triangle_pairs = 0;    ///< pairs of triangles removed along strips
   std::uint64_t border_triangles = 0;  ///< triangles removed along strips to the boundary
+  std::uint64_t balanced = 0;          ///< exchanges that left fewer irregular vertices
   std::uint64_t doublets = 0;          ///< vertices of valence two removed
   std::uint64_t collapsed = 0;         ///< quads taken out for the sake of valences
   JoinReport joined;                   ///< for pure quads

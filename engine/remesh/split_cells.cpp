@@ -12,6 +12,11 @@ namespace rattan {
 namespace {
 
 constexpr std::size_t kGrain = 32;
+/// Cells of more corners are cut first: planning grows with the fourth power, and so large ones are
+/// found only where the surface is much thinner than a quad.
+constexpr std::size_t kCutAbove = 24;
+constexpr std::size_t kManyCorners = 400;
+constexpr std::size_t kOpposite = 20;
 /// Less than kValenceCost, as the neighbouring cells will change the valences too.
 constexpr double kSplitBias = 0.2;
 
@@ -65,7 +70,7 @@ PolygonSplit plan(const CellMap& map, std::span<const std::uint32_t> halves,
   return {};
 }
 
-/// Short and balanced diagonals until no part of the cell has more than kSplitMaxCorners corners. A
+/// Short and balanced diagonals until no part of the cell has more than kCutAbove corners. A
 /// part without an allowed diagonal is inset: its inner polygon has fresh vertices. Returns insets.
 std::uint64_t cut_large(CellMap& map, std::uint32_t face, std::vector<std::uint32_t>& ready) {
   std::vector<std::uint32_t> todo{face}, halves;
@@ -73,7 +78,7 @@ std::uint64_t cut_large(CellMap& map, std::uint32_t face, std::vector<std::uint3
   while (!todo.empty()) {
     const std::uint32_t f = todo.back();
     todo.pop_back();
-    if (map.degree(f) <= kSplitMaxCorners) {
+    if (map.degree(f) <= kCutAbove) {
       ready.push_back(f);
       continue;
     }
@@ -82,7 +87,10 @@ std::uint64_t cut_large(CellMap& map, std::uint32_t face, std::vector<std::uint3
     double best = std::numeric_limits<double>::infinity();
     std::pair<std::size_t, std::size_t> cut{0, 0};
     for (std::size_t i = 0; i < n; ++i) {
-      for (std::size_t j = i + n / 4; j < n && j <= i + n - n / 4; ++j) {
+      // Of very many corners only those about opposite, so that the work stays in proportion.
+      const std::size_t near = n > kManyCorners ? n / 2 - kOpposite : n / 4;
+      const std::size_t far = n > kManyCorners ? n / 2 + kOpposite : n - n / 4;
+      for (std::size_t j = i + near; j < n && j <= i + far; ++j) {
         const std::uint32_t u = map.origin(halves[i]), v = map.origin(halves[j]);
         const double length = (map.position(u) - map.position(v)).squaredNorm();
         const double lean = static_cast<double>(j - i) / static_cast<double>(n) - 0.5;

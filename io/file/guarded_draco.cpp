@@ -17,7 +17,7 @@ namespace {
 
 constexpr const char* kRepair = "Give a whole Draco mesh file; export it again";
 
-// A flat, perfectly regular grid, the best that Draco can meet, takes about a byte for ... faces.
+// A flat and regular grid, about the best that Draco can meet, has 19 faces to the byte.
 constexpr std::uint64_t kMaxFacesPerByte = 64;
 constexpr std::uint64_t kFacesOfAnyFile = 4096;
 

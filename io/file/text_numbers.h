@@ -124,13 +124,43 @@ inline bool same_word(std::string_view word, std::string_view lower) {
          });
 }
 
-/// A word as it may appear in a message: quoted, cut short, without control characters.
+/// Bytes of the UTF-8 character that text begins with; 0 if it begins with none.
+inline std::size_t utf8_length(std::string_view text) {
+  const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[k]); };
+  const std::size_t length =
+      byte(0) < 0x80 ? 1 : (byte(0) < 0xc2 ? 0 : (byte(0) < 0xe0 ? 2 : (byte(0) < 0xf0 ? 3 : 0)));
+  if (length == 0 || length > text.size()) {
+    return 0;
+  }
+  for (std::size_t k = 1; k < length; ++k) {
+    if (byte(k) >> 6 != 2) {
+      return 0;
+    }
+  }
+  // Three bytes for what takes two, and halves of pairs, are no characters.
+  const bool overlong = length == 3 && byte(0) == 0xe0 && byte(1) < 0xa0;
+  const bool surrogate = length == 3 && byte(0) == 0xed && byte(1) >= 0xa0;
+  return overlong || surrogate ? 0 : length;
+}
+
+/// A word as it may appear in a message: quoted, cut short, without what is no printable UTF-8.
 inline std::string quoted(std::string_view word) {
   std::string text = "\"";
-  for (const char c : word.substr(0, 40)) {
-    text += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? '?' : c;
+  std::size_t characters = 0;
+  while (!word.empty() && characters++ < 40) {
+    const std::size_t length = utf8_length(word);
+    const auto first = static_cast<unsigned char>(word.front());
+    const bool control =
+        first < 0x20 || first == 0x7f ||
+        (first == 0xc2 && length == 2 && static_cast<unsigned char>(word[1]) < 0xa0);
+    if (length == 0 || control) {
+      text += '?';
+    } else {
+      text.append(word.substr(0, length));
+    }
+    word.remove_prefix(std::max<std::size_t>(length, 1));
   }
-  return text + (word.size() > 40 ? "...\"" : "\"");
+  return text + (word.empty() ? "\"" : "...\"");
 }
 
 }  // namespace rattan

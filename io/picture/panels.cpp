@@ -55,14 +55,19 @@ Image remesh_image(const PanelInput& input, const PolygonScene& scene, const Cam
   return polygons_image(scene, dots, camera, options);
 }
 
-/// What a close-up shows: of the irregular vertices (or all, if there are none) the one nearest to
-/// the eye, which nothing hides.
-Vec3f nearest_point(const PolygonMesh& mesh, const PolygonScene& scene, const Camera& camera) {
+/// What a close-up shows: of the irregular vertices (or all, if there are none) one near to the eye
+/// and to the middle of the picture.
+Vec3f near_point(const PolygonMesh& mesh, const PolygonScene& scene, const Camera& camera,
+                 const RenderOptions& options) {
   Vec3f best = Vec3f::Zero();
   float least = std::numeric_limits<float>::infinity();
   const auto look = [&](const Vec3f& p) {
-    if (const float depth = camera.to_camera(p).z(); depth < least) {
-      least = depth;
+    const Vec3f at = camera.project(camera.to_camera(p));
+    const float aside = std::hypot(at.x() / static_cast<float>(options.width) - 0.5F,
+                                   at.y() / static_cast<float>(options.height) - 0.5F);
+    const float far = at.z() / static_cast<float>(camera.diagonal()) + aside;
+    if (far < least) {
+      least = far;
       best = p;
     }
   };
@@ -87,8 +92,7 @@ Camera::View guessed_view(const UpAxisGuess& up, const Vec3d& low, const Vec3d& 
 
 /// Rows of panels of one size, each with its label below.
 Image arrange(const std::vector<std::pair<Image, std::string>>& panels,
-              const RenderOptions& options) {
-  const float text_height = std::max(9.0F, 0.019F * static_cast<float>(options.height));
+              const RenderOptions& options, float text_height) {
   const int foot = static_cast<int>(std::lround(3.2F * text_height));
   const std::size_t rows = (panels.size() + kMostInRow - 1) / kMostInRow;
   const std::size_t columns = (panels.size() + rows - 1) / rows;
@@ -136,10 +140,13 @@ Image render_panels(const PanelInput& input, const RenderOptions& most, const Ca
   if (remesh) {
     camera.include(remesh->mesh().positions);
   }
-  // Tall things get narrow panels.
-  const double aspect = camera.frame_aspect() + 2.0 * kMargin;
-  options.width = std::clamp(static_cast<int>(std::lround(aspect * options.height)),
-                             std::min(options.width, options.height / 2), options.width);
+  // Tall things get narrow panels, wide things low ones.
+  const double wide = camera.frame_aspect() + 2.0 * kMargin;
+  const double tall = 1.0 / camera.frame_aspect() + 2.0 * kMargin;
+  options.width = std::clamp(static_cast<int>(std::lround(wide * most.height)),
+                             std::min(most.width, most.height / 2), most.width);
+  options.height = std::clamp(static_cast<int>(std::lround(tall * options.width)),
+                              std::min(most.height, most.width / 2), most.height);
   camera.fit(options.width, options.height, kMargin);
 
   std::vector<std::pair<Image, std::string>> panels;
@@ -173,12 +180,12 @@ Image render_panels(const PanelInput& input, const RenderOptions& most, const Ca
     panels.emplace_back(remesh_image(input, *remesh, camera, options), input.remesh_label);
     if (input.close_up) {
       const float factor = kCloseUpEdge / std::max(edge_pixels(*remesh, camera), 1e-3F);
-      camera.zoom(nearest_point(*input.remesh, *remesh, camera), std::clamp(factor, 2.0F, 10.0F),
-                  options.width, options.height);
+      camera.zoom(near_point(*input.remesh, *remesh, camera, options),
+                  std::clamp(factor, 2.0F, 10.0F), options.width, options.height);
       panels.emplace_back(remesh_image(input, *remesh, camera, options), input.close_up_label);
     }
   }
-  return arrange(panels, options);
+  return arrange(panels, options, std::max(9.0F, 0.019F * static_cast<float>(most.height)));
 }
 
 Image render_polygons(const PolygonMesh& mesh, const RenderOptions& options,

@@ -6,13 +6,12 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
-#include <new>
 #include <vector>
 
-#include <draco/compression/decode.h>
 #include <draco/mesh/mesh.h>
 
 #include "engine/core/errors.h"
+#include "io/file/guarded_draco.h"
 #include "io/remesh/draco_polygons.h"
 
 namespace rattan {
@@ -166,21 +165,9 @@ PolygonMesh decode_draco(std::string_view bytes, const std::string& path,
   const auto refuse = [&](const std::string& problem) {
     return InputError(path, "", problem, "Give a whole Draco mesh file");
   };
-  draco::DecoderBuffer buffer;
-  buffer.Init(bytes.data(), bytes.size());
-  std::unique_ptr<draco::Mesh> mesh;
-  try {
-    draco::Decoder decoder;
-    auto result = decoder.DecodeMeshFromBuffer(&buffer);
-    if (!result.ok()) {
-      throw refuse("Draco cannot decode it (" + result.status().error_msg_string() + ")");
-    }
-    mesh = std::move(result).value();
-  } catch (const std::bad_alloc&) {
-    throw refuse("Draco asks for more memory than there is, so it is damaged or too large");
-  } catch (const std::length_error&) {
-    throw refuse("it is damaged");
-  }
+  // A remesh is of output size, which is in memory anyway.
+  constexpr std::uint64_t kMostMemory = std::uint64_t{16} << 30;
+  const std::unique_ptr<draco::Mesh> mesh = decode_draco_mesh(bytes, path, kMostMemory);
   const auto* position = mesh->GetNamedAttribute(draco::GeometryAttribute::POSITION);
   if (position == nullptr || position->num_components() != 3) {
     throw refuse("it holds no positions");

@@ -32,7 +32,7 @@ void add_size_options(CLI::App& command, Arguments& args) {
   size->require_option(0, 1);
   command
       .add_option("--density", args.options.density,
-                  "iso-lines per period, 1 to 16; default 2, or 4 with --pure-quads")
+                  "iso-lines per period, 1 to 16; default 1, or 4 with --pure-quads")
       ->check(CLI::Range(1, 16));
 }
 

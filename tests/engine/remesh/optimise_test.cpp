@@ -11,6 +11,7 @@
 #include "engine/remesh/boundary_curve.h"
 #include "engine/remesh/distance.h"
 #include "engine/remesh/quadric.h"
+#include "engine/remesh/quality.h"
 #include "engine/remesh/vertex_stars.h"
 #include "tests/engine/remesh/scan_shapes.h"
 
@@ -117,9 +118,10 @@ TEST(Optimise, ShakenGridOnAPlaneBecomesRegular) {
     OptimiseOptions options;
     options.relocate = relocate;
     options.steps = 120;
+    options.pull_steps = 5;
     const OptimiseReport report = run(m, scan, options);
     EXPECT_EQ(report.inverted_after, 0U);
-    EXPECT_EQ(report.steps, 120U);
+    EXPECT_EQ(report.steps, 125U);
     EXPECT_GT(before, 8.0);
     EXPECT_LT(mean_corner_deviation(m), 0.02);
     PolygonMesh shorter = shaken_square(0.3);
@@ -234,7 +236,8 @@ TEST(Optimise, RelocationPullsVerticesOntoACrease) {
     return gap;
   };
   OptimiseOptions options;
-  options.steps = 0;
+  options.steps = options.pull_steps = 0;
+  options.tangential_weight = 0.3;
   options.relocate = false;
   PolygonMesh before = mesh();
   run(before, scan, options);
@@ -243,6 +246,30 @@ TEST(Optimise, RelocationPullsVerticesOntoACrease) {
   run(after, scan, options);
   EXPECT_GT(ridge_gap(before), 0.9 * shift * std::sqrt(2.0));
   EXPECT_LT(ridge_gap(after), 0.7 * ridge_gap(before));
+}
+
+TEST(Optimise, PullingEvensEdgesAndCorners) {
+  const auto wave = [](double u, double v) {
+    return Vec3d(u + 0.2 * u * v, v, 0.1 * std::sin(5 * u) * std::cos(4 * v));
+  };
+  const Soup scan = test::grid_scan(60, 60, wave);
+  const auto measured = [&](int steps, int pull_steps) {
+    PolygonMesh m = test::grid_remesh(
+        14, 14, [&](double u, double v) { return wave(u + 0.05 * std::sin(7 * u * v), v); });
+    OptimiseOptions options;
+    options.steps = steps;
+    options.pull_steps = pull_steps;
+    options.relocate = false;
+    run(m, scan, options);
+    return measure_quality(m);
+  };
+  const MeshQuality start = measured(0, 0);
+  const MeshQuality pulled = measured(0, 40);
+  EXPECT_LT(pulled.edge_length_variation, 0.8 * start.edge_length_variation);
+  EXPECT_GE(pulled.mean_scaled_jacobian, start.mean_scaled_jacobian);
+  const MeshQuality matched = measured(40, 0);
+  const MeshQuality both = measured(40, 10);
+  EXPECT_LT(1.0 - both.mean_scaled_jacobian, 1.0 - matched.mean_scaled_jacobian);
 }
 
 TEST(Optimise, NoFaceIsInvertedThatWasNot) {

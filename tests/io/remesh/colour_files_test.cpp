@@ -90,7 +90,7 @@ TEST_P(EveryColouredFormat, AChangedColourIsSeen) {
 
 INSTANTIATE_TEST_SUITE_P(Formats, EveryColouredFormat,
                          ::testing::Values(".drc", ".obj", ".ply", ".off"),
-                         [](const auto& info) { return std::string(info.param).substr(1); });
+                         [](const auto& format) { return std::string(format.param).substr(1); });
 
 TEST(Colours, StayAtTheirPlacesInDraco) {
   const ScratchDirectory scratch;

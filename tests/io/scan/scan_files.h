@@ -41,9 +41,9 @@ struct CollectedScan final : ScanSink {
   }
   /// The same vertices in order, and the same triangles in any order.
   friend bool operator==(const CollectedScan& a, const CollectedScan& b) {
-    const auto sorted = [](auto triangles) {
-      std::sort(triangles.begin(), triangles.end());
-      return triangles;
+    const auto sorted = [](auto list) {
+      std::sort(list.begin(), list.end());
+      return list;
     };
     return a.vertices == b.vertices && sorted(a.triangles) == sorted(b.triangles);
   }
