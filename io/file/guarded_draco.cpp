@@ -158,6 +158,9 @@ std::unique_ptr<draco::Mesh> decode_draco_mesh(std::string_view bytes, const std
   if (!draco::PointCloudDecoder::DecodeHeader(&ahead, &header).ok()) {
     throw refuse("it ends inside the header of a Draco file or has none");
   }
+  if (header.encoder_type >= draco::NUM_ENCODED_GEOMETRY_TYPES) {
+    throw refuse("the Draco header says a kind of geometry that there is none of");
+  }
   if (header.encoder_type != draco::TRIANGULAR_MESH) {
     throw InputError(path, "", "it holds a point cloud, not triangles",
                      "Reconstruct a triangle mesh from it first");
