@@ -241,7 +241,7 @@ class RemeshJob {
   }
 
   // A folded quad can't become two triangles here: more untangling, then other quads in its place.
-  // The mesh with fewest of them is kept.
+  // The mesh with fewest of them is kept, as long as it has the faces that were asked for.
   void mend_quads() {
     constexpr int kRounds = 4;
     std::uint64_t fewest = measure_quality(remesh_).bad_quads;
@@ -257,7 +257,9 @@ class RemeshJob {
       options.untangle_rounds = 12;
       optimise(mended, store_, mesh_, *projector_, options, tasks_);
       const std::uint64_t left = measure_quality(mended).bad_quads;
-      if (left < fewest) {
+      const auto faces = static_cast<double>(mended.face_count());
+      if (left < fewest &&
+          (meets_target(faces, target_) || !meets_target(final_faces(), target_))) {
         fewest = left;
         remesh_ = mended;
       }
