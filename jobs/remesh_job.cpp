@@ -141,6 +141,9 @@ class RemeshJob {
     options.symmetry = static_cast<Symmetry>(options_.symmetry);
     options.smoothing = options_.smoothing;
     options.curl_power = options_.curl_correction ? 1.0 : 0.2;
+    options.features.creases = options_.crease > 0.0;
+    options.features.crease_degrees = options_.crease;
+    options.pin_features = options_.density % 2 == 0;
     field_ = compute_field(store_, mesh_, options, tasks_);
     store_.complete_stage("field");
   }
@@ -185,8 +188,11 @@ class RemeshJob {
       phase_report_ = parameterize(store_, mesh_, field_, options, tasks_);
     });
     CellComplex cells = clock_.run("extract", [&] {
-      return extract_cells(store_, mesh_, {.omega = omega_, .density = options_.density}, tasks_,
-                           arrangement_);
+      return extract_cells(store_, mesh_,
+                           {.omega = omega_,
+                            .density = options_.density,
+                            .features = field_.features.get()},
+                           tasks_, arrangement_);
     });
     return clock_.run("quadrangulate", [&] {
       QuadrangulateReport report;
@@ -196,7 +202,7 @@ class RemeshJob {
 
   void optimise_positions() {
     projector_.emplace(store_, mesh_, ProjectorOptions{}, tasks_);
-    optimise(remesh_, store_, mesh_, *projector_, OptimiseOptions{}, tasks_);
+    optimise(remesh_, store_, mesh_, *projector_, {.features = field_.features.get()}, tasks_);
     split_bad_quads(remesh_);
     const DistanceReport d =
         measure_distances(remesh_, store_, mesh_, *projector_, {.scan_stride = 1}, tasks_);

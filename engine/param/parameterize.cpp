@@ -50,7 +50,12 @@ SurfaceField prepare_geometry(Store& store, const ScanMesh& mesh, const FieldOpt
   SurfaceField field;
   field.options = options;
   build_vertex_graph(store, mesh, tasks);
+  FeatureOptions features = options.features;
+  features.side = std::max(options.quad_side, mesh.mean_edge_length);
+  field.features = std::make_shared<const FeatureSet>(
+      options.find_features ? find_features(store, mesh, features, tasks) : FeatureSet{});
   LowPassOptions low_pass;
+  low_pass.features = field.features.get();
   low_pass.radius = capped_low_pass_radius(mesh, options.low_pass * options.quad_side);
   low_pass_positions(store, mesh, low_pass, tasks);
   GeometryOptions geometry;
@@ -70,11 +75,13 @@ void smooth_field(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskG
   smoothing.fitting_length = std::max(fitting_length(mesh, options), 1e-30);
   smoothing.floor_curvature = 1.0 / std::max(kFlatEdges * mesh.mean_edge_length, 1e-30);
   smoothing.align_boundary = options.align_boundary;
+  smoothing.features = field.features.get();
+  smoothing.pin = options.pin_features && !options.reference;
   assemble_smoothing(store, mesh, smoothing, tasks);
   field.reports.push_back(solve(store, mesh, fields::kSmoothingSystem, field,
                                 options.smoothing_solve, options.reference, "smoothing", tasks));
   store.erase(fields::kSmoothingSystem.coefficient.name);
-  write_frames(store, mesh, options.symmetry, tasks);
+  write_frames(store, mesh, smoothing, tasks);
 }
 
 void correct_curl(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskGraph& tasks) {
@@ -92,10 +99,23 @@ void correct_curl(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskG
 
 SolveReport parameterize(Store& store, const ScanMesh& mesh, const SurfaceField& field,
                          const ParamOptions& options, TaskGraph& tasks) {
-  assemble_phase(store, mesh, options.omega, tasks);
-  SolveReport report = solve(store, mesh, fields::kPhaseSystem, field, options.solve,
-                             options.reference, "parameterization", tasks);
-  store.erase(fields::kPhaseSystem.coefficient.name);
+  const bool pinned = field.features != nullptr && !field.features->empty() && !options.reference;
+  const SystemFields<PairBlock>& system =
+      pinned ? fields::kPinnedPhaseSystem : fields::kPhaseSystem;
+  if (pinned) {
+    assemble_pinned_phase(store, mesh, options.omega, tasks);
+  } else {
+    assemble_phase(store, mesh, options.omega, tasks);
+  }
+  SolveReport report = solve(store, mesh, system, field, options.solve, options.reference,
+                             "parameterization", tasks);
+  store.erase(system.coefficient.name);
+  if (pinned) {
+    for (const std::string_view name :
+         {system.row_begin.name, system.neighbor.name, system.part_diagonal.name}) {
+      store.erase(name);
+    }
+  }
   return report;
 }
 

@@ -11,6 +11,7 @@
 #include "engine/core/task_graph.h"
 #include "engine/field/curl_correction.h"
 #include "engine/field/smoothing.h"
+#include "engine/mesh/features.h"
 #include "engine/mesh/tile_mesh.h"
 #include "engine/solve/solver.h"
 
@@ -31,6 +32,11 @@ struct FieldOptions {
   std::optional<double> smoothing;
   double fitting_length = 3.0;
   bool align_boundary = true;
+  /// Sharp edges and long boundary loops; `side` is filled in.
+  bool find_features = true;
+  FeatureOptions features;
+  /// Along features one coordinate is an integer line; needs an even number of lines a period.
+  bool pin_features = true;
   /// Power of the curl correction: 0 none, 1 full (PGP 4.1).
   double curl_power = 0.2;
   HierarchyOptions hierarchy;
@@ -64,7 +70,8 @@ struct ParamOptions {
 struct SurfaceField {
   FieldOptions options;
   std::shared_ptr<const Hierarchy> hierarchy;
-  double area = 0.0;  ///< of the low-passed surface
+  std::shared_ptr<const FeatureSet> features;  ///< never null once prepared
+  double area = 0.0;                           ///< of the low-passed surface
   std::vector<SolveReport> reports;
 };
 

@@ -14,6 +14,7 @@
 #include "engine/core/exact_math.h"
 #include "engine/core/parallel.h"
 #include "engine/remesh/boundary_curve.h"
+#include "engine/remesh/crease_curve.h"
 #include "engine/remesh/quadric.h"
 #include "engine/remesh/vertex_stars.h"
 
@@ -35,7 +36,7 @@ constexpr double kCrease = 0.1;
 constexpr int kStepsPerNormal = 2;
 constexpr std::uint32_t kNoLoop = kNoVertex;
 
-enum class Motion : std::uint8_t { kFree, kBoundary, kFixed };
+enum class Motion : std::uint8_t { kFree, kBoundary, kAlongCrease, kFixed };
 
 /// cos and sin of 2 pi k / n for every degree n in use, and the circumradius of unit sides.
 struct RegularPolygons {
@@ -77,7 +78,9 @@ class Optimiser {
         graph_(graph),
         stars_(mesh),
         polygons_(mesh),
-        curve_(store, scan, graph) {
+        curve_(store, scan, graph),
+        creases_(options.features),
+        crease_(crease_vertices(mesh, creases_)) {
     const std::size_t n = mesh_.vertex_count();
     if (mesh_.scan_triangle.size() != n) {
       mesh_.scan_triangle.assign(n, kNoTriangle);
@@ -94,6 +97,14 @@ class Optimiser {
         if (path) {
           loop_[v] = curve_.closest(mesh_.positions[v]).loop;
         }
+      } else if (crease_.degree[v] > 0) {
+        motion_[v] = crease_.curve[v] == kNoCurve ? Motion::kFixed : Motion::kAlongCrease;
+      }
+    }
+    beside_crease_.assign(mesh_.face_count(), 0);
+    for (std::size_t f = 0; f < mesh_.face_count(); ++f) {
+      for (const std::uint32_t v : mesh_.face(f)) {
+        beside_crease_[f] |= crease_.degree[v] > 0 ? 1 : 0;
       }
     }
     corner_target_.resize(mesh_.corners.size());
@@ -137,6 +148,13 @@ class Optimiser {
   void refresh_normals() {
     vertex_normal_ = vertex_normals(mesh_, stars_);
     parallel_indices(mesh_.face_count(), [&](std::size_t f) {
+      if (beside_crease_[f] != 0) {
+        // Normals of vertices on creases lean to the other side.
+        const Vec3d n = face_normal(f);
+        const double length = n.norm();
+        face_normal_[f] = length > 0.0 ? Vec3d(n / length) : face_normal_[f];
+        return;
+      }
       Vec3d n = Vec3d::Zero();
       for (const std::uint32_t v : mesh_.face(f)) {
         n += vertex_normal_[v];
@@ -144,6 +162,16 @@ class Optimiser {
       const double length = n.norm();
       face_normal_[f] = length > 0.0 ? Vec3d(n / length) : Vec3d::Zero();
     });
+  }
+
+  Vec3d face_normal(std::size_t f) const {
+    const auto face = mesh_.face(f);
+    const std::vector<Vec3d>& x = mesh_.positions;
+    Vec3d n = Vec3d::Zero();
+    for (std::size_t k = 1; k + 1 < face.size(); ++k) {
+      n += (x[face[k]] - x[face[0]]).cross(x[face[k + 1]] - x[face[0]]);
+    }
+    return n;
   }
 
   std::uint64_t count_inverted() const {
@@ -231,13 +259,16 @@ class Optimiser {
       target += corner_target_[stars_.corner[at]];
     }
     target /= static_cast<double>(stars_.begin[v + 1] - stars_.begin[v]);
-    if (motion_[v] == Motion::kBoundary) {
-      const auto& [before, after] = stars_.boundary[v];
+    if (motion_[v] == Motion::kBoundary || motion_[v] == Motion::kAlongCrease) {
+      const auto& [before, after] =
+          motion_[v] == Motion::kBoundary ? stars_.boundary[v] : crease_.neighbors[v];
       target = 0.5 * target + 0.25 * (mesh_.positions[before] + mesh_.positions[after]);
     }
     Vec3d to = x + momentum_ * velocity_[v] + options_.step_length * (target - x);
     if (motion_[v] == Motion::kBoundary) {
       to = curve_.closest_on_loop(to, loop_[v]).point;
+    } else if (motion_[v] == Motion::kAlongCrease) {
+      to = creases_.closest(to, crease_.curve[v]);
     } else {
       const Vec3d& n = vertex_normal_[v];
       to -= n.dot(to - anchor_[v]) * n;
@@ -460,6 +491,9 @@ class Optimiser {
   VertexStars stars_;
   RegularPolygons polygons_;
   BoundaryCurve curve_;
+  CreaseCurve creases_;
+  CreaseVertices crease_;
+  std::vector<std::uint8_t> beside_crease_;  ///< one a face
   std::vector<Motion> motion_;
   std::vector<std::uint32_t> loop_;
   std::vector<Vec3d> vertex_normal_;

@@ -3,6 +3,7 @@
 
 // The remesh at every stage from the arrangement's polygons to quads: of output size, in memory.
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -22,6 +23,10 @@ struct PolygonMesh {
   /// Optional, one a vertex: kBoundaryVertex, kCornerVertex, ...
   std::vector<std::uint8_t> vertex_flags;
 
+  /// Edges that follow features inside the scan (its boundary edges are known without): kept by all
+  /// that changes faces. Each pair ascending.
+  std::vector<std::array<std::uint32_t, 2>> feature_edges;
+
   std::size_t vertex_count() const { return positions.size(); }
   std::size_t face_count() const { return face_begin.size() - 1; }
   std::size_t degree(std::size_t face) const { return face_begin[face + 1] - face_begin[face]; }
@@ -40,5 +45,6 @@ struct PolygonMesh {
 inline constexpr std::uint8_t kBoundaryVertex = 1;
 /// A corner of a boundary loop or feature curve; must keep its position.
 inline constexpr std::uint8_t kCornerVertex = 2;
+inline constexpr std::uint8_t kFeatureVertex = 4;
 
 }  // namespace rattan

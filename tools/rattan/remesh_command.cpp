@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <map>
 #include <memory>
+#include <string>
 
 #include <fmt/format.h>
 
@@ -18,6 +19,7 @@ struct Arguments {
   double edge_length = 0.0;
   double ratio = 0.0;
   double smoothing = 0.0;
+  std::string crease = "35";
   bool quiet = false;
   bool verbose = false;
 };
@@ -46,6 +48,11 @@ void add_method_options(CLI::App& command, Arguments& args) {
       ->check(CLI::Range(1e-6, 1.0 - 1e-9));
   command.add_flag("--curl-correction", o.curl_correction,
                    "rescale the field in full: fewest singularities, uneven quads");
+  command
+      .add_option("--crease", args.crease,
+                  "edges that turn by DEGREES or more are sharp features, 5 to 179, or off")
+      ->check(CLI::Range(5.0, 179.0) | CLI::IsMember({"off"}))
+      ->capture_default_str();
   command.add_option("--energy", o.energy, "edge or triangle (default)")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, Energy>{{"edge", Energy::kEdge}, {"triangle", Energy::kTriangle}}));
@@ -91,6 +98,7 @@ int run(Arguments& args) {
     o.size_kind = SizeKind::kRatio;
     o.size = args.ratio;
   }
+  o.crease = args.crease == "off" ? 0.0 : std::stod(args.crease);
   if (args.smoothing > 0.0) {
     o.smoothing = args.smoothing;
   }
