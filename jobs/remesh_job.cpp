@@ -143,7 +143,6 @@ class RemeshJob {
     options.curl_power = options_.curl_correction ? 1.0 : 0.2;
     options.features.creases = options_.crease > 0.0;
     options.features.crease_degrees = options_.crease;
-    options.pin_features = options_.density % 2 == 0;
     field_ = compute_field(store_, mesh_, options, tasks_);
     store_.complete_stage("field");
   }
@@ -183,6 +182,7 @@ class RemeshJob {
     clock_.run("parameterize", [&] {
       ParamOptions options;
       options.omega = omega_;
+      options.density = options_.density;
       options.solve.newton_steps = options_.newton_steps;
       options.reference = options_.solver == SolverKind::kReference;
       phase_report_ = parameterize(store_, mesh_, field_, options, tasks_);

@@ -15,10 +15,14 @@ namespace {
 /// In quad sides: what a component of creases has to be long, what a spur, and what a boundary loop.
 constexpr double kShortest = 4.0;
 constexpr double kSpur = 1.0;
+constexpr double kLongCurve = 3.0;
 constexpr double kShortestLoop = 6.0;
 /// Of a curve, this much has to be sharp by itself, in quad sides or as a share.
 constexpr double kStrongLength = 2.0;
 constexpr double kStrongShare = 0.5;
+/// Edges of the scan run along its creases if it has any; the edges of noise zigzag: mean turn, in
+/// radians, less half of that over two steps.
+constexpr double kMostZigzag = 0.15;
 /// A corner turns between points this far before and behind it, in quad sides.
 constexpr double kWindow = 0.5;
 
@@ -187,12 +191,41 @@ void FeatureBuilder::trace(const std::vector<std::uint8_t>& node) {
   }
 }
 
-bool FeatureBuilder::drop_weak() {
+void FeatureBuilder::measure(Curve& c) const {
+  std::vector<Vec3d> points{position(c.from)};
+  std::uint32_t at = c.from;
+  for (std::uint32_t k = 0; k < c.count; ++k) {
+    at = other_end(walk_[c.first + k], at);
+    points.push_back(position(at));
+  }
+  // Twice the sine of half the turn at each inner point, over one step and over two. Along a smooth
+  // curve the latter is twice the former, along a zigzag it is near zero.
+  const auto turns = [&](std::size_t step) {
+    double sum = 0.0;
+    std::size_t count = 0;
+    for (std::size_t k = step; k + step < points.size(); ++k) {
+      const Vec3d in = points[k] - points[k - step];
+      const Vec3d out = points[k + step] - points[k];
+      const double a = std::sqrt(in.squaredNorm());
+      const double b = std::sqrt(out.squaredNorm());
+      if (a > 0.0 && b > 0.0) {
+        const Vec3d d = out / b - in / a;
+        sum += std::sqrt(d.squaredNorm());
+        ++count;
+      }
+    }
+    return count > 0 ? sum / static_cast<double>(count) : 0.0;
+  };
+  c.turn = turns(1);
+  c.zigzag = c.count >= 4 ? c.turn - 0.5 * turns(2) : 0.5 * c.turn;
+}
+
+template <class Bad>
+bool FeatureBuilder::drop_curves(const Bad& bad) {
   std::vector<std::uint8_t> keep(edges_.size(), 1);
   bool any = false;
   for (const Curve& c : curves_) {
-    const double wanted = std::min(kStrongLength * options_.side, kStrongShare * c.length);
-    if (c.boundary || c.strong_length >= wanted) {
+    if (c.boundary || !bad(c)) {
       continue;
     }
     any = true;
@@ -206,23 +239,47 @@ bool FeatureBuilder::drop_weak() {
   return any;
 }
 
-bool FeatureBuilder::drop_spurs() {
-  std::vector<std::uint8_t> keep(edges_.size(), 1);
-  bool any = false;
+template <class Bad>
+void FeatureBuilder::drop_all(const Bad& bad) {
+  for (bool again = true; again && !edges_.empty();) {
+    connect();
+    trace(plain_nodes());
+    for (Curve& c : curves_) {
+      measure(c);
+    }
+    again = drop_curves(bad);
+  }
+}
+
+void FeatureBuilder::drop_noise() {
+  const double side = options_.side;
+  const auto loose = [&](const Curve& c) {
+    return !c.closed && (valence(c.from) == 1 || valence(c.to) == 1);
+  };
+  const auto weak = [&](const Curve& c) {
+    return c.strong_length < std::min(kStrongLength * side, kStrongShare * c.length);
+  };
+  drop_all([&](const Curve& c) { return loose(c) && c.length < kSpur * side; });
+  drop_all([&](const Curve& c) {
+    return (loose(c) && c.length < kSpur * side) || weak(c) || c.zigzag > kMostZigzag;
+  });
+  // A curve stands by itself if it is long, or in between two that do.
+  drop_all([&](const Curve& c) { return loose(c) && c.length < kLongCurve * side; });
+  if (edges_.empty()) {
+    return;
+  }
+  const auto stands = [&](const Curve& c) { return c.closed || c.length >= kLongCurve * side; };
+  std::vector<std::uint8_t> supported(ids_.size(), 0);
   for (const Curve& c : curves_) {
-    const bool spur = !c.closed && (valence(c.from) == 1 || valence(c.to) == 1);
-    if (c.boundary || !spur || c.length >= kSpur * options_.side) {
-      continue;
-    }
-    any = true;
-    for (std::uint32_t k = 0; k < c.count; ++k) {
-      keep[walk_[c.first + k]] = 0;
+    if (stands(c)) {
+      supported[c.from] = supported[c.to] = 1;
     }
   }
-  if (any) {
-    drop(keep);
+  if (drop_curves([&](const Curve& c) {
+        return !stands(c) && (supported[c.from] == 0 || supported[c.to] == 0);
+      })) {
+    drop_all([&](const Curve& c) { return loose(c) && c.length < kLongCurve * side; });
   }
-  return any;
 }
 
 void FeatureBuilder::drop_short() {
@@ -332,16 +389,7 @@ std::vector<std::uint8_t> FeatureBuilder::find_corners() const {
 
 FeatureSet FeatureBuilder::finish() {
   merge_halves(edges_, [](std::uint64_t, std::uint64_t) { return true; });
-  for (bool again = true; again && !edges_.empty();) {
-    connect();
-    trace(plain_nodes());
-    again = drop_weak();
-  }
-  for (bool again = true; again && !edges_.empty();) {
-    connect();
-    trace(plain_nodes());
-    again = drop_spurs();
-  }
+  drop_noise();
   connect();
   drop_short();
   FeatureSet set;

@@ -44,6 +44,8 @@ class FeatureBuilder {
     std::uint32_t to = 0;
     double length = 0.0;
     double strong_length = 0.0;
+    double turn = 0.0;  ///< mean from edge to edge, radians
+    double zigzag = 0.0;
     bool closed = false;
     bool boundary = false;
   };
@@ -61,8 +63,13 @@ class FeatureBuilder {
   /// `node`: one a vertex, curves end there.
   void trace(const std::vector<std::uint8_t>& node);
   std::vector<std::uint8_t> plain_nodes() const;
-  bool drop_weak();
-  bool drop_spurs();
+  void measure(Curve& c) const;
+  template <class Bad>
+  bool drop_curves(const Bad& bad);
+  template <class Bad>
+  void drop_all(const Bad& bad);
+  /// Leaves curves that are long, smooth and sharp, and short ones in between.
+  void drop_noise();
   void drop_short();
   std::vector<std::uint8_t> find_corners() const;
 

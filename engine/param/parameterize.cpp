@@ -100,9 +100,13 @@ void correct_curl(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskG
 SolveReport parameterize(Store& store, const ScanMesh& mesh, const SurfaceField& field,
                          const ParamOptions& options, TaskGraph& tasks) {
   const bool pinned = field.features != nullptr && !field.features->empty() && !options.reference;
+  const bool pulled = pinned && options.density % 2 == 1;
   const SystemFields<PairBlock>& system =
-      pinned ? fields::kPinnedPhaseSystem : fields::kPhaseSystem;
-  if (pinned) {
+      pulled ? fields::kPulledPhaseSystem
+             : (pinned ? fields::kPinnedPhaseSystem : fields::kPhaseSystem);
+  if (pulled) {
+    assemble_pulled_phase(store, mesh, options.omega, tasks);
+  } else if (pinned) {
     assemble_pinned_phase(store, mesh, options.omega, tasks);
   } else {
     assemble_phase(store, mesh, options.omega, tasks);
@@ -111,10 +115,11 @@ SolveReport parameterize(Store& store, const ScanMesh& mesh, const SurfaceField&
                              "parameterization", tasks);
   store.erase(system.coefficient.name);
   if (pinned) {
-    for (const std::string_view name :
-         {system.row_begin.name, system.neighbor.name, system.part_diagonal.name}) {
-      store.erase(name);
-    }
+    store.erase(system.part_diagonal.name);
+  }
+  if (pinned && !pulled) {
+    store.erase(system.row_begin.name);
+    store.erase(system.neighbor.name);
   }
   return report;
 }

@@ -35,7 +35,7 @@ struct FieldOptions {
   /// Sharp edges and long boundary loops; `side` is filled in.
   bool find_features = true;
   FeatureOptions features;
-  /// Along features one coordinate is an integer line; needs an even number of lines a period.
+  /// Along features one coordinate is an integer line.
   bool pin_features = true;
   /// Power of the curl correction: 0 none, 1 full (PGP 4.1).
   double curl_power = 0.2;
@@ -55,6 +55,8 @@ struct FieldOptions {
 struct ParamOptions {
   /// Period of the phases, a length: quad side times lines per period.
   double omega = 2.0;
+  /// Lines a period: where pinned coordinates may lie.
+  int density = 2;
   SolveOptions solve{.penalty = 0.2F,
                      .coarse_stiffness = 1.0F,
                      .passes = 1,

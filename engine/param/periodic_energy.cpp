@@ -110,6 +110,39 @@ PairBlock::Coefficient pair_coefficient(const EdgeGauge& gauge, float weight) {
           Complex(static_cast<float>(w * b.cos), static_cast<float>(-w * b.sin)), gauge.r};
 }
 
+void assemble_pulled_phase(Store& store, const ScanMesh& mesh, double omega, TaskGraph& tasks) {
+  struct PulledState {
+    State plain;
+    ChunkView<float> diagonal;
+    std::vector<PairValue> rhs;
+    std::vector<std::array<float, 2>> pull;
+  };
+  const SystemFields<PairBlock>& system = fields::kPulledPhaseSystem;
+  run_pass<PulledState>(
+      tasks, "phase", mesh.layout.tile_count(),
+      [&](TileId id, PulledState& s) {
+        load_state(store, id, s.plain);
+        s.diagonal = read(store, fields::kDiagonal, id);
+      },
+      [&](TileId id, PulledState& s) {
+        assemble_tile(s.plain, mesh.layout.tiles[id.value].first, omega);
+        const auto frames = s.plain.frames.owned.span();
+        s.rhs.assign(frames.size(), {Complex(0.0F, 0.0F), Complex(0.0F, 0.0F)});
+        s.pull.assign(frames.size(), {0.0F, 0.0F});
+        for (std::size_t i = 0; i < frames.size(); ++i) {
+          const float p = kPin * s.diagonal[i];
+          s.pull[i] = {(frames[i].pins & kPinTheta) != 0 ? p : 0.0F,
+                       (frames[i].pins & kPinPhi) != 0 ? p : 0.0F};
+          s.rhs[i] = {Complex(s.pull[i][0], 0.0F), Complex(s.pull[i][1], 0.0F)};
+        }
+      },
+      [&](TileId id, PulledState& s) {
+        write(store, system.coefficient, id, s.plain.coefficient);
+        write(store, system.rhs, id, s.rhs);
+        write(store, system.part_diagonal, id, s.pull);
+      });
+}
+
 void assemble_pinned_phase(Store& store, const ScanMesh& mesh, double omega, TaskGraph& tasks) {
   struct PinnedState {
     State plain;

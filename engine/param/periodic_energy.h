@@ -13,7 +13,12 @@ namespace rattan {
 namespace fields {
 inline constexpr SystemFields<PairBlock> kPhaseSystem{
     kRowBegin, kNeighbor, {"param/coefficient"}, kDiagonal, {}, {}, kPhase};
-/// With feature curves: rows of pinned vertices (VertexFrame::pins) have edges to themselves.
+/// With feature curves and an odd number of lines a period: pinned vertices (VertexFrame::pins) are
+/// pulled to a line.
+inline constexpr SystemFields<PairBlock> kPulledPhaseSystem{
+    kRowBegin, kNeighbor, {"param/coefficient"}, kDiagonal, {}, {"param/pull"}, kPhase,
+    {"param/pin"}};
+/// With an even number: rows of pinned vertices have edges to themselves.
 inline constexpr SystemFields<PairBlock> kPinnedPhaseSystem{
     {"param/row_begin"}, {"param/neighbor"}, {"param/coefficient"},  kDiagonal, {}, {},
     kPhase,              {"param/pin"}};
@@ -46,8 +51,12 @@ inline PairValue apply(const PairBlock::Coefficient& c, const PairValue& x) {
 /// `omega`: the period, a length.
 void assemble_phase(Store& store, const ScanMesh& mesh, double omega, TaskGraph& tasks);
 
-/// The same for kPinnedPhaseSystem: adds p Im(U)^2 for every U pinned, p Im(V)^2 for every V, which
-/// holds their angles at 0 or pi: on lines, if their number a period is even.
+/// The same for kPulledPhaseSystem: adds p |U - 1|^2 for every U pinned, likewise for V, which holds
+/// their angles at 0.
+void assemble_pulled_phase(Store& store, const ScanMesh& mesh, double omega, TaskGraph& tasks);
+
+/// The same for kPinnedPhaseSystem: adds p Im(U)^2 for every U pinned, likewise for V, which holds
+/// their angles at 0 or pi: on lines, if their number a period is even.
 void assemble_pinned_phase(Store& store, const ScanMesh& mesh, double omega, TaskGraph& tasks);
 
 }  // namespace rattan
