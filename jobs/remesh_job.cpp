@@ -204,10 +204,8 @@ class RemeshJob {
     projector_.emplace(store_, mesh_, ProjectorOptions{}, tasks_);
     optimise(remesh_, store_, mesh_, *projector_, {.features = field_.features.get()}, tasks_);
     split_bad_quads(remesh_);
-    const DistanceReport d =
-        measure_distances(remesh_, store_, mesh_, *projector_, {.scan_stride = 1}, tasks_);
-    report_.distance = {d.to_input_max, d.to_input_rms, d.from_input_max, d.from_input_rms,
-                        d.diagonal};
+    report_.distance =
+        measure_distances(remesh_, store_, mesh_, *projector_, DistanceOptions{}, tasks_);
   }
 
   // The promises are checked on the mesh itself before it is written; the writer compares what it
@@ -225,6 +223,7 @@ class RemeshJob {
     const MeshQuality q = measure_quality(remesh_);
     report_.output.quads = q.quads;
     report_.output.triangles = q.triangles;
+    report_.output.interior_vertices = q.interior_vertices;
     report_.output.irregular_vertices = q.irregular_vertices;
     report_.output.mean_scaled_jacobian = q.mean_scaled_jacobian;
     report_.output.min_scaled_jacobian = q.min_scaled_jacobian;

@@ -15,14 +15,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json repaired_json(const RepairCounts& r) {
-  return {{"degenerate_triangles", r.degenerate_triangles},
-          {"duplicate_triangles", r.duplicate_triangles},
-          {"non_manifold_edges", r.non_manifold_edges},
-          {"split_vertices", r.split_vertices},
-          {"isolated_vertices", r.isolated_vertices},
-          {"flipped_triangles", r.flipped_triangles},
-          {"merged_vertices", r.merged_vertices},
-          {"non_finite_vertices", r.non_finite_vertices}};
+  Json j;
+  for_each_count(r, [&](const char* name, std::uint64_t count) { j[name] = count; });
+  return j;
 }
 
 Json options_json(const RemeshOptions& o) {
@@ -65,6 +60,7 @@ nlohmann::ordered_json to_json(const RemeshReport& r) {
                  {"faces", o.faces},
                  {"quads", o.quads},
                  {"triangles", o.triangles},
+                 {"interior_vertices", o.interior_vertices},
                  {"irregular_vertices", o.irregular_vertices},
                  {"components", o.components},
                  {"boundary_loops", o.boundary_loops},
@@ -76,10 +72,13 @@ nlohmann::ordered_json to_json(const RemeshReport& r) {
   j["singularities"] = {{"vertices", r.singularities.vertices},
                         {"edges", r.singularities.edges},
                         {"triangles", r.singularities.triangles}};
-  j["distance"] = {{"to_input_max", r.distance.to_input_max},
-                   {"to_input_rms", r.distance.to_input_rms},
-                   {"from_input_max", r.distance.from_input_max},
-                   {"from_input_rms", r.distance.from_input_rms},
+  j["distance"] = {{"to_input_max", r.distance.to_input.max},
+                   {"to_input_rms", r.distance.to_input.rms},
+                   {"to_input_mean", r.distance.to_input.mean},
+                   {"from_input_max", r.distance.from_input.max},
+                   {"from_input_rms", r.distance.from_input.rms},
+                   {"from_input_mean", r.distance.from_input.mean},
+                   {"from_input_p99", r.distance.from_input.p99},
                    {"diagonal", r.distance.diagonal}};
   j["stages"] = Json::array();
   for (const StageRecord& s : r.stages) {

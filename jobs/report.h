@@ -11,6 +11,7 @@
 
 #include "engine/core/types.h"
 #include "engine/mesh/tile_mesh.h"
+#include "engine/remesh/distance.h"
 #include "engine/solve/solver.h"
 #include "jobs/remesh_options.h"
 
@@ -44,7 +45,8 @@ struct RemeshReport {
     std::uint64_t faces = 0;
     std::uint64_t quads = 0;
     std::uint64_t triangles = 0;
-    std::uint64_t irregular_vertices = 0;
+    std::uint64_t interior_vertices = 0;
+    std::uint64_t irregular_vertices = 0;  ///< interior, valence other than 4
     std::uint64_t components = 0;
     std::uint64_t boundary_loops = 0;
     std::int64_t euler = 0;
@@ -58,13 +60,7 @@ struct RemeshReport {
     std::uint64_t edges = 0;
     std::uint64_t triangles = 0;
   } singularities;
-  struct {
-    double to_input_max = 0.0;
-    double to_input_rms = 0.0;
-    double from_input_max = 0.0;
-    double from_input_rms = 0.0;
-    double diagonal = 0.0;
-  } distance;
+  DistanceReport distance;
   std::vector<StageRecord> stages;
   std::vector<SolveReport> solver;
   std::vector<std::string> warnings;

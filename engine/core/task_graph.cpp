@@ -39,8 +39,8 @@ TaskGraph::TaskGraph(TaskGraphOptions options, ProgressSink* progress, std::stop
 }
 
 void TaskGraph::run(std::string_view name, std::uint32_t tile_count,
-                    const std::function<std::unique_ptr<TileTask>(TileId)>& make) {
-  ++passes_;
+                    const std::function<std::unique_ptr<TileTask>(TileId)>& make, PassOver over) {
+  passes_ += over == PassOver::kScan ? 1 : 0;
   std::atomic<bool> abandon{false};
   std::exception_ptr first_error;
   const auto guarded = [&](Message& m, auto&& step) {

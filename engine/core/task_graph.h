@@ -36,6 +36,9 @@ struct TaskGraphOptions {
   int tiles_in_flight = 0;
 };
 
+/// What a pass goes over: the tiles of the scan, or those of something coarser.
+enum class PassOver { kScan, kCoarse };
+
 class TaskGraph {
  public:
   explicit TaskGraph(TaskGraphOptions options = {}, ProgressSink* progress = nullptr,
@@ -45,10 +48,11 @@ class TaskGraph {
   /// (in tile order of commit) is rethrown after the graph has drained; a stop request throws
   /// Cancelled.
   void run(std::string_view name, std::uint32_t tile_count,
-           const std::function<std::unique_ptr<TileTask>(TileId)>& make);
+           const std::function<std::unique_ptr<TileTask>(TileId)>& make,
+           PassOver over = PassOver::kScan);
 
   int threads() const { return options_.threads; }
-  /// Number of passes run so far, by this graph.
+  /// Number of passes over the scan run so far, by this graph.
   std::uint64_t passes() const { return passes_; }
 
  private:
@@ -79,11 +83,14 @@ class LambdaTileTask final : public TileTask {
 /// run_pass<State>(graph, "normals", tiles, load, compute, commit), each (TileId, State&) -> void.
 template <class State, class Load, class Compute, class Commit>
 void run_pass(TaskGraph& graph, std::string_view name, std::uint32_t tile_count, const Load& load,
-              const Compute& compute, const Commit& commit) {
-  graph.run(name, tile_count, [&](TileId tile) -> std::unique_ptr<TileTask> {
-    return std::make_unique<LambdaTileTask<State, Load, Compute, Commit>>(tile, load, compute,
-                                                                          commit);
-  });
+              const Compute& compute, const Commit& commit, PassOver over = PassOver::kScan) {
+  graph.run(
+      name, tile_count,
+      [&](TileId tile) -> std::unique_ptr<TileTask> {
+        return std::make_unique<LambdaTileTask<State, Load, Compute, Commit>>(tile, load, compute,
+                                                                              commit);
+      },
+      over);
 }
 
 }  // namespace rattan

@@ -81,7 +81,7 @@ std::uint64_t hilbert_index(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
 
 HilbertCurve::HilbertCurve(const Vec3d& box_min, const Vec3d& box_max) : box_min_(box_min) {
   const double side = (box_max - box_min).maxCoeff();
-  scale_ = side > 0.0 ? static_cast<double>(1U << kCurveBits) / side : 0.0;
+  scale_ = side > 1e-300 ? static_cast<double>(1U << kCurveBits) / side : 0.0;
 }
 
 std::uint64_t HilbertCurve::operator()(const Vec3d& p) const {

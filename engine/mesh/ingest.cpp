@@ -3,22 +3,23 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <utility>
 
-#include "engine/mesh/curve.h"
 #include "engine/mesh/external_sort.h"
+#include "engine/mesh/refine.h"
 #include "engine/mesh/reindex.h"
 #include "engine/mesh/repair.h"
 #include "engine/mesh/tiling.h"
+#include "engine/mesh/vertex_order.h"
 
 namespace rattan {
 
 namespace {
 
 // Scratch between the two passes over blocks, one chunk per block.
-constexpr Field<Vec3f> kRankedPosition{"ingest/position"};
 constexpr Field<LocalTriangle> kRepaired{"ingest/triangle"};
 constexpr Field<std::uint64_t> kForeign{"ingest/foreign"};
 constexpr Field<std::uint32_t> kSource{"ingest/source"};
@@ -41,9 +42,7 @@ struct BlockOf {
   int shift = -1;
 };
 
-bool is_finite(const Vec3d& p) {
-  return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
-}
+constexpr Rgba kWhite{255, 255, 255, 255};
 
 }  // namespace
 
@@ -58,12 +57,10 @@ class IngestRun {
         options_(in.options_),
         store_(in.store_),
         block_of_(options_.tile_size),
-        order_(store_, "ingest/order", options_.spool_block_bytes) {}
+        order_(store_, options_) {}
 
   ScanMesh run(TaskGraph& graph) {
     mesh_.repaired.non_finite_vertices = in_.non_finite_;
-    mesh_.origin = in_.non_finite_ == in_.vertices_ ? Vec3d::Zero()
-                                                    : choose_origin(in_.box_min_, in_.box_max_);
     sort_vertices();
     distribute_triangles();
     if (home_->done()) {
@@ -77,17 +74,9 @@ class IngestRun {
   }
 
  private:
-  struct CurveVertex {
-    std::uint64_t key;
-    Vec3f position;
-    Index id;
-  };
   struct ForeignTriangle {
     std::uint32_t block;
     Triangle triangle;
-  };
-  struct KeyOfVertex {
-    std::uint64_t operator()(const CurveVertex& v) const { return v.key; }
   };
   struct BlockOfHome {
     BlockOf block_of;
@@ -122,6 +111,22 @@ class IngestRun {
     in_.wide_.for_each_block(pass_on);
   }
 
+  /// Without those that repeat an index.
+  template <class F>
+  void for_each_kept_block(const F& f) const {
+    std::vector<Triangle> kept;
+    for_each_triangle_block([&](std::span<const Triangle> block) {
+      if (std::none_of(block.begin(), block.end(), repeats)) {
+        f(block);
+        return;
+      }
+      kept.clear();
+      std::copy_if(block.begin(), block.end(), std::back_inserter(kept),
+                   [](const Triangle& t) { return !repeats(t); });
+      f(std::span<const Triangle>(kept));
+    });
+  }
+
   static bool repeats(const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; }
 
   [[noreturn]] void refuse_triangle(std::uint64_t number,
@@ -132,13 +137,14 @@ class IngestRun {
                      "Numbers start at 0 here; check that the file is complete");
   }
 
-  void check_indices() const {
+  void check_indices() {
     std::uint64_t number = 0;
     const auto check = [&](auto block) {
       for (const auto& t : block) {
         if (std::max({t[0], t[1], t[2]}) >= in_.vertices_) {
           refuse_triangle(number, {t[0], t[1], t[2]});
         }
+        mesh_.repaired.degenerate_triangles += t[0] == t[1] || t[1] == t[2] || t[2] == t[0] ? 1 : 0;
         ++number;
       }
     };
@@ -146,69 +152,39 @@ class IngestRun {
     in_.wide_.for_each_block(check);
   }
 
-  /// Curve order of the vertices that triangles use, ties by id: their positions, a chunk per
-  /// block, and their ids.
   void sort_vertices() {
     check_indices();
-    ExternalSort<CurveVertex, KeyOfVertex> sort(store_, "ingest/vertex_run_", KeyOfVertex{},
-                                                static_cast<std::size_t>(options_.memory_bytes / 2),
-                                                in_.vertices_);
-    const HilbertCurve curve(in_.box_min_, in_.box_max_);
-    const std::uint64_t part = std::max<std::uint64_t>(64, options_.memory_bytes / 4 * 8);
-    SpoolReader<Vec3d> positions(in_.positions_);
-    std::vector<CurveVertex> keyed;
-    for (std::uint64_t begin = 0; begin < in_.vertices_; begin += part) {
-      const std::uint64_t end = std::min(in_.vertices_, begin + part);
-      VertexMarks used(begin, end);
-      for_each_triangle_block([&](std::span<const Triangle> block) {
-        for (const Triangle& t : block) {
-          if (!repeats(t)) {
-            for (const Index v : t) {
-              used.mark(v);
-            }
-          }
-        }
-      });
-      for (std::uint64_t id = begin; id < end;) {
-        const std::span<const Vec3d> block = positions.rest();
-        const std::size_t count =
-            static_cast<std::size_t>(std::min<std::uint64_t>(block.size(), end - id));
-        keyed.resize(count);
-        parallel_indices(count, [&](std::size_t i) {
-          if (used[id + i] && is_finite(block[i])) {
-            keyed[i] = {curve(block[i]), (block[i] - mesh_.origin).template cast<float>(),
-                        static_cast<Index>(id + i)};
-          } else {
-            keyed[i].key = kDropped;
-          }
-        });
-        std::size_t kept = 0;
-        for (std::size_t i = 0; i < count; ++i) {
-          if (keyed[i].key != kDropped) {
-            keyed[kept++] = keyed[i];
-          }
-        }
-        sort.push(std::span<const CurveVertex>(keyed).first(kept));
-        ranks_ += kept;
-        positions.skip(count);
-        id += count;
-      }
+    const auto triangles = [&](const auto& f) { for_each_triangle_block(f); };
+    const auto survey = order_.survey(in_.positions_, in_.vertices_, triangles);
+    typename VertexOrder<Index>::Input input{in_.positions_,
+                                             in_.colours_.size() > 0 ? &in_.colours_ : nullptr,
+                                             in_.vertices_,
+                                             survey.box_min,
+                                             survey.box_max,
+                                             Vec3d::Zero(),
+                                             1.0,
+                                             options_.merge == Merge::kAlways};
+    if (options_.merge == Merge::kSoup &&
+        2 * survey.used >= 3 * (in_.triangles_ - mesh_.repaired.degenerate_triangles)) {
+      input.weld = true;
+      mesh_.repaired.triangle_soup = 1;
     }
+    if (survey.box_min[0] <= survey.box_max[0]) {
+      input.origin = choose_origin(survey.box_min, survey.box_max);
+      input.unit = choose_unit(survey.box_min, survey.box_max);
+    }
+    mesh_.origin = input.origin;
+    mesh_.unit = input.unit;
+    mesh_.has_colours = input.colours != nullptr;
+    order_.run(input, triangles);
     in_.positions_.erase();
-    sort.finish();
-    blocks_ = static_cast<std::uint32_t>((ranks_ + options_.tile_size - 1) / options_.tile_size);
-    std::vector<Vec3f> chunk;
-    for (std::uint32_t b = 0; b < blocks_; ++b) {
-      chunk.clear();
-      const std::uint32_t owned = ranks_in(b);
-      for (std::uint32_t v = 0; v < owned; ++v) {
-        chunk.push_back(sort.front().position);
-        order_.push(sort.front().id);
-        sort.pop();
-      }
-      write(store_, kRankedPosition, TileId(b), chunk);
+    in_.colours_.erase();
+    mesh_.repaired.merged_vertices = order_.merged();
+    if (order_.merged() == 0) {
+      mesh_.repaired.triangle_soup = 0;  // pieces that touch nowhere
     }
-    order_.finish();
+    ranks_ = order_.ranks();
+    blocks_ = order_.blocks();
   }
 
   std::uint32_t ranks_in(std::uint32_t block) const {
@@ -221,13 +197,13 @@ class IngestRun {
     const auto memory = static_cast<std::size_t>(options_.memory_bytes / 4);
     home_.emplace(store_, "ingest/home_run_", BlockOfHome{block_of_}, memory, in_.triangles_);
     others_.emplace(store_, "ingest/other_run_", BlockOfForeign{}, memory / 2, in_.triangles_ / 8);
-    Reindexer<Index> reindexer(store_, order_, in_.vertices_, options_.memory_bytes / 4,
+    Reindexer<Index> reindexer(store_, order_.ids(), in_.vertices_, options_.memory_bytes / 4,
                                options_.spool_block_bytes);
-    reindexer.run([&](const auto& f) { for_each_triangle_block(f); },
+    reindexer.run([&](const auto& f) { for_each_kept_block(f); },
                   [&](std::vector<Triangle>& block) { distribute(block); });
     in_.narrow_.erase();
     in_.wide_.erase();
-    order_.erase();
+    order_.ids().erase();
     home_->finish();
     others_->finish();
   }
@@ -239,12 +215,13 @@ class IngestRun {
     });
     std::size_t kept = 0;
     for (const Triangle& t : block) {
+      if (std::max(t[1], t[2]) == Reindexer<Index>::kAbsent) {
+        ++mesh_.repaired.non_finite_triangles;
+        continue;
+      }
       if (repeats(t)) {
         ++mesh_.repaired.degenerate_triangles;
         continue;
-      }
-      if (t[1] == Reindexer<Index>::kAbsent || t[2] == Reindexer<Index>::kAbsent) {
-        continue;  // a corner is not finite
       }
       block[kept++] = t;
       const std::uint64_t b0 = block_of_(t[0]);
@@ -277,6 +254,7 @@ class IngestRun {
     RepairInput<Index> input;
     std::vector<ForeignTriangle> foreign;
     ChunkView<Vec3f> positions;
+    ChunkView<Rgba> colours;
     BlockRepair repaired;
   };
 
@@ -289,7 +267,8 @@ class IngestRun {
     mesh_.layout = {};
     mesh_.triangles.clear();
     mesh_.topology = {};
-    mesh_.repaired.isolated_vertices = in_.vertices_ - in_.non_finite_ - ranks_;
+    mesh_.repaired.isolated_vertices =
+        in_.vertices_ - in_.non_finite_ - mesh_.repaired.merged_vertices - ranks_;
     std::uint64_t next_triangle = 0;
     PatchJoiner joiner;
     const auto link_memory = static_cast<std::size_t>(options_.memory_bytes / 4);
@@ -305,6 +284,9 @@ class IngestRun {
           home_->take_key(tile.value, s.input.home);
           others_->take_key(tile.value, s.foreign);
           s.positions = read(store_, kRankedPosition, tile);
+          if (mesh_.has_colours) {
+            s.colours = read(store_, kRankedColour, tile);
+          }
           if (!fates.empty()) {
             const std::uint64_t first = patch_base[tile.value];
             const std::uint64_t end =
@@ -338,6 +320,9 @@ class IngestRun {
             border_.rank.push_back(rank);
             border_.vertex.push_back(v);
             border_.position.push_back(s.positions[rank]);
+            if (mesh_.has_colours) {
+              border_.colour.push_back(s.colours[rank]);
+            }
           }
           for (SplitCorner corner : r.split_corners) {
             corner.copy += extent.border_first;
@@ -358,6 +343,7 @@ class IngestRun {
           mesh_.repaired.split_vertices += r.split_vertices;
           mesh_.repaired.isolated_vertices += r.isolated_vertices;
           mesh_.repaired.flipped_triangles += r.flipped_triangles;
+          mesh_.repaired.one_sided_components += r.one_sided_components;
           write(store_, kRepaired, tile, r.triangles);
           write(store_, kForeign, tile, r.foreign);
           write(store_, kMeshBorder, tile, r.border);
@@ -380,6 +366,7 @@ class IngestRun {
     if (one_sided_) {
       ensure(fates.empty(), "cutting makes every component orientable");
       mesh_.repaired = before;
+      mesh_.repaired.one_sided_components = joiner.one_sided();
     }
     mesh_.topology.components += joiner.components();
     mesh_.topology.vertices = mesh_.layout.node_count;
@@ -392,6 +379,7 @@ class IngestRun {
     ChunkView<std::uint32_t> source;
     ChunkView<std::uint32_t> patch_of;
     ChunkView<Vec3f> positions;
+    ChunkView<Rgba> colours;
     TileArrays arrays;
   };
 
@@ -409,6 +397,9 @@ class IngestRun {
           s.source = read(store_, kSource, tile);
           s.patch_of = read(store_, kPatchOf, tile);
           s.positions = read(store_, kRankedPosition, tile);
+          if (mesh_.has_colours) {
+            s.colours = read(store_, kRankedColour, tile);
+          }
         },
         [&](TileId tile, TileState& s) {
           TileInput input;
@@ -423,6 +414,7 @@ class IngestRun {
               tile.value + 1 < blocks_ ? patch_base_[tile.value + 1] : fates_.size();
           input.fates = std::span<const PatchFate>(fates_).subspan(first, end - first);
           input.ranked_positions = s.positions.span();
+          input.ranked_colours = s.colours.span();
           s.arrays = build_tile(input, mesh_.layout, border_, options_.tile_size);
         },
         [&](TileId tile, TileState& s) {
@@ -439,6 +431,9 @@ class IngestRun {
             box_max = box_max.cwiseMax(a.box_max);
           }
           write(store_, fields::kPosition, tile, a.positions);
+          if (mesh_.has_colours) {
+            write(store_, fields::kColour, tile, a.colours);
+          }
           write(store_, fields::kTriangle, tile, a.triangles);
           write(store_, fields::kVertexFlag, tile, a.flags);
           write(store_, fields::kMeshHalo.halo_ids, tile, a.halo_ids);
@@ -457,13 +452,12 @@ class IngestRun {
   }
 
   void erase_scratch() {
-    for (const std::string_view name :
-         {kRankedPosition.name, kRepaired.name, kForeign.name, kSource.name, kPatchOf.name}) {
+    for (const std::string_view name : {kRankedPosition.name, kRankedColour.name, kRepaired.name,
+                                        kForeign.name, kSource.name, kPatchOf.name}) {
       store_.erase(name);
     }
   }
 
-  static constexpr std::uint64_t kDropped = ~std::uint64_t{0};
   static constexpr Field<std::uint32_t> kMeshBorder = fields::kMeshHalo.border;
 
   Ingest& in_;
@@ -473,7 +467,7 @@ class IngestRun {
   ScanMesh mesh_;
   std::uint64_t ranks_ = 0;  ///< vertices that are used and finite
   std::uint32_t blocks_ = 0;
-  Spool<Index> order_;
+  VertexOrder<Index> order_;
   std::optional<ExternalSort<Triangle, BlockOfHome>> home_;
   std::optional<ExternalSort<ForeignTriangle, BlockOfForeign>> others_;
   BorderTable border_;
@@ -486,9 +480,8 @@ class IngestRun {
 Ingest::Ingest(Store& store, IngestOptions options)
     : store_(store),
       options_(std::move(options)),
-      box_min_(Vec3d::Constant(std::numeric_limits<double>::infinity())),
-      box_max_(-box_min_),
       positions_(store, "ingest/raw_position", options_.spool_block_bytes),
+      colours_(store, "ingest/raw_colour", options_.spool_block_bytes),
       narrow_(store, "ingest/raw_triangle", options_.spool_block_bytes),
       wide_(store, "ingest/raw_wide_triangle", options_.spool_block_bytes) {
   ensure(options_.tile_size > 0, "a tile holds at least one vertex");
@@ -498,15 +491,22 @@ Ingest::~Ingest() = default;
 
 void Ingest::add_vertices(std::span<const Vec3d> positions) {
   for (const Vec3d& p : positions) {
-    if (is_finite(p)) {
-      box_min_ = box_min_.cwiseMin(p);
-      box_max_ = box_max_.cwiseMax(p);
-    } else {
-      ++non_finite_;
-    }
+    non_finite_ += is_usable(p) ? 0 : 1;
   }
   vertices_ += positions.size();
   positions_.append(positions);
+}
+
+void Ingest::add_colours(std::span<const Rgba> colours) {
+  ensure(colours.size() <= vertices_, "colours come after their vertices");
+  pad_colours(vertices_ - colours.size());
+  colours_.append(colours);
+}
+
+void Ingest::pad_colours(std::uint64_t count) {
+  while (colours_.size() < count) {
+    colours_.push(kWhite);
+  }
 }
 
 void Ingest::add_triangles(std::span<const std::array<std::uint64_t, 3>> triangles) {
@@ -536,14 +536,21 @@ ScanMesh Ingest::finish(TaskGraph& graph) {
   if (options_.budget != nullptr) {
     memory = options_.budget->reserve(options_.memory_bytes, "sorting the scan");
   }
+  if (colours_.size() > 0) {
+    pad_colours(vertices_);
+  }
   positions_.finish();
+  colours_.finish();
   narrow_.finish();
   wide_.finish();
   // One bit of an index is spared for the re-indexing.
-  if (!options_.wide_ids && vertices_ < 0x7fffffffU) {
-    return IngestRun<std::uint32_t>(*this).run(graph);
+  const bool narrow = !options_.wide_ids && vertices_ < 0x7fffffffU;
+  ScanMesh mesh = narrow ? IngestRun<std::uint32_t>(*this).run(graph)
+                         : IngestRun<std::uint64_t>(*this).run(graph);
+  if (options_.drop_components > 0 || options_.fill_holes > 0) {
+    refine_scan(store_, mesh, options_, graph);
   }
-  return IngestRun<std::uint64_t>(*this).run(graph);
+  return mesh;
 }
 
 Vec3d choose_origin(const Vec3d& box_min, const Vec3d& box_max) {
@@ -561,6 +568,18 @@ Vec3d choose_origin(const Vec3d& box_min, const Vec3d& box_max) {
     origin[axis] = std::round(0.5 * (box_min[axis] + box_max[axis]) / step) * step;
   }
   return origin;
+}
+
+double choose_unit(const Vec3d& box_min, const Vec3d& box_max) {
+  // Well inside what fourth powers of lengths may be as 32-bit floats.
+  constexpr double kMost = 0x1p20;
+  const double side = (box_max - box_min).maxCoeff();
+  if (side == 0.0 || (side <= kMost && side >= 1.0 / kMost)) {
+    return 1.0;
+  }
+  int exponent = 0;
+  std::frexp(side, &exponent);
+  return std::ldexp(1.0, std::max(exponent, -1000));
 }
 
 }  // namespace rattan

@@ -20,10 +20,23 @@
 
 namespace rattan {
 
+/// Which vertices at exactly equal positions become one.
+enum class Merge {
+  kSoup,    ///< all, if triangles hardly share vertices: if there are three for every two triangles
+            ///< or more, that is, if pieces connected across edges have four triangles on average
+  kAlways,  ///< all
+  kNever,
+};
+
 struct IngestOptions {
   /// Vertices per tile, in curve order and before vertices are split (so that a tile may own some
   /// more); at least 1. Part of what decides the output.
   std::uint32_t tile_size = 8192;
+  Merge merge = Merge::kSoup;
+  /// Components of fewer triangles, counted after repair, are dropped.
+  std::uint64_t drop_components = 0;
+  /// Boundary loops of at most so many edges, counted after repair, are filled with triangles.
+  std::uint64_t fill_holes = 0;
   /// Bytes for sort buffers and tables of ids. Never decides the output, only the number of passes
   /// over the spools.
   std::uint64_t memory_bytes = std::uint64_t{256} << 20;
@@ -45,15 +58,17 @@ class Ingest final : public ScanSink {
   ~Ingest() override;
 
   void add_vertices(std::span<const Vec3d> positions) override;
+  void add_colours(std::span<const Rgba> colours) override;
   void add_triangles(std::span<const std::array<std::uint64_t, 3>> triangles) override;
 
   /// Writes the fields of tile_mesh.h. Repairs on the way and counts it in ScanMesh::repaired:
-  /// triangles that repeat an index, duplicates, and those with non-finite corners are dropped, as
-  /// are vertices without triangles; components are oriented by the majority of their triangles;
-  /// edges that still have more than two triangles or disagreeing ones are cut open; vertices are
-  /// split until each has one fan. The result depends on the input and tile_size only. Two passes
-  /// over the tiles (three if a component is one-sided). Throws InputError for indices out of range
-  /// and if no triangle is left.
+  /// equal positions are merged as the options say; triangles that repeat an index, duplicates, and
+  /// those with non-finite corners (or beyond 1e150) are dropped, as are vertices without
+  /// triangles; components are oriented by the majority of their triangles; edges that still have
+  /// more than two triangles or disagreeing ones are cut open; vertices are split until each has
+  /// one fan. The result depends on the input and tile_size only. Two passes over the tiles (three
+  /// if a component is one-sided; with drop_components or fill_holes everything once more, see
+  /// refine.h). Throws InputError for indices out of range and if no triangle is left.
   ScanMesh finish(TaskGraph& graph);
 
   std::uint64_t vertex_count() const { return vertices_; }
@@ -63,14 +78,16 @@ class Ingest final : public ScanSink {
   template <class Index>
   friend class IngestRun;
 
+  /// White for those that came without, as some of another block have colours.
+  void pad_colours(std::uint64_t count);
+
   Store& store_;
   IngestOptions options_;
   std::uint64_t vertices_ = 0;
   std::uint64_t triangles_ = 0;
   std::uint64_t non_finite_ = 0;
-  Vec3d box_min_;
-  Vec3d box_max_;
   Spool<Vec3d> positions_;
+  Spool<Rgba> colours_;  ///< empty, or one a vertex
   /// Triangles as long as every index fits 32 bits, and all after the first that doesn't.
   Spool<std::array<std::uint32_t, 3>> narrow_;
   Spool<std::array<std::uint64_t, 3>> wide_;
@@ -80,5 +97,8 @@ class Ingest final : public ScanSink {
 /// compared with the box, else a multiple of a power of two near the box centre, so that
 /// subtracting it from 32-bit coordinates is exact.
 Vec3d choose_origin(const Vec3d& box_min, const Vec3d& box_max);
+
+/// See ScanMesh::unit; of the box that triangles use.
+double choose_unit(const Vec3d& box_min, const Vec3d& box_max);
 
 }  // namespace rattan

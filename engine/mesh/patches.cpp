@@ -45,13 +45,13 @@ std::vector<PatchFate> PatchJoiner::resolve() {
     }
   }
   components_ = 0;
-  any_one_sided_ = false;
+  one_sided_ = 0;
   std::vector<PatchFate> fates(n);
   for (std::uint32_t p = 0; p < n; ++p) {
     const auto [root, parity] = sets_.find(p);
     const Component& c = components[root];
     components_ += root == p ? 1 : 0;
-    any_one_sided_ = any_one_sided_ || c.conflict;
+    one_sided_ += root == p && c.conflict ? 1 : 0;
     const bool flip_plain = c.turned > c.plain || (c.turned == c.plain && c.first_parity == 1);
     fates[p] = {flip_plain != (parity == 1), c.conflict};
   }

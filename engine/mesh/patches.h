@@ -88,13 +88,14 @@ class PatchJoiner {
   /// Sets components().
   std::vector<PatchFate> resolve();
   std::uint64_t components() const { return components_; }
-  bool any_one_sided() const { return any_one_sided_; }
+  bool any_one_sided() const { return one_sided_ > 0; }
+  std::uint64_t one_sided() const { return one_sided_; }  ///< components
 
  private:
   std::vector<Patch> patches_;
   ParityUnionFind sets_;
   std::uint64_t components_ = 0;
-  bool any_one_sided_ = false;
+  std::uint64_t one_sided_ = 0;
 };
 
 }  // namespace rattan

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -26,6 +27,14 @@ class VertexMarks {
     if (at < size_) {
       bits_[at >> 6] |= std::uint64_t{1} << (at & 63);
     }
+  }
+  std::uint64_t begin() const { return begin_; }
+  std::uint64_t count() const {
+    std::uint64_t n = 0;
+    for (const std::uint64_t word : bits_) {
+      n += static_cast<std::uint64_t>(std::popcount(word));
+    }
+    return n;
   }
   bool operator[](std::uint64_t id) const {
     const std::uint64_t at = id - begin_;
@@ -49,7 +58,8 @@ class Reindexer {
   /// Corner without a rank (a vertex that was dropped), as handed to the consumer.
   static constexpr Index kAbsent = static_cast<Index>(~kReplaced);
 
-  /// `order`: the id of each rank. Table of at most `memory_bytes` (at least one entry).
+  /// `order`: the ids of ranks 0, 1, ...; one that carries kReplaced shares the rank before it.
+  /// Table of at most `memory_bytes` (at least one entry).
   Reindexer(Store& store, const Spool<Index>& order, std::uint64_t vertex_count,
             std::uint64_t memory_bytes, std::size_t block_bytes)
       : store_(store),
@@ -95,14 +105,14 @@ class Reindexer {
  private:
   void fill_table(std::uint64_t begin, std::uint64_t end) {
     table_.assign(static_cast<std::size_t>(end - begin), kAbsent);
-    Index rank = 0;
+    Index next = 0;
     order_.for_each_block([&](std::span<const Index> ids) {
       for (const Index id : ids) {
-        const std::uint64_t at = id - begin;
+        next += (id & kReplaced) == 0 ? 1 : 0;
+        const std::uint64_t at = (id & static_cast<Index>(~kReplaced)) - begin;
         if (at < table_.size()) {
-          table_[static_cast<std::size_t>(at)] = rank;
+          table_[static_cast<std::size_t>(at)] = next - 1;
         }
-        ++rank;
       }
     });
   }

@@ -316,6 +316,7 @@ class BlockRepairer {
     for (const std::uint32_t t : conflicts_) {
       const std::uint32_t root = sets_.find(t).first;
       if (patch_[root] == kSettledPatch) {
+        out_.one_sided_components += bad[root] == 0 ? 1 : 0;
         bad[root] = 1;
         any = true;
       } else {

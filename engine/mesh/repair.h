@@ -72,7 +72,8 @@ struct BlockRepair {
   std::uint64_t non_manifold_edges = 0;
   std::uint64_t split_vertices = 0;
   std::uint64_t isolated_vertices = 0;
-  std::uint64_t flipped_triangles = 0;  ///< in settled patches
+  std::uint64_t one_sided_components = 0;  ///< settled ones
+  std::uint64_t flipped_triangles = 0;     ///< in settled patches
 };
 
 template <class Index>

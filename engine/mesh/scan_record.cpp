@@ -8,7 +8,7 @@ namespace rattan {
 
 namespace {
 
-constexpr std::uint64_t kVersion = 1;
+constexpr std::uint64_t kVersion = 2;
 constexpr TileId kOnly{0};
 
 /// Hands every number of the record to `f`, in the order of the chunk.
@@ -26,14 +26,8 @@ void for_each_number(Mesh& m, const F& f) {
   f(m.topology.triangles);
   f(m.topology.components);
   f(m.topology.boundary_loops);
-  f(m.repaired.degenerate_triangles);
-  f(m.repaired.duplicate_triangles);
-  f(m.repaired.non_manifold_edges);
-  f(m.repaired.split_vertices);
-  f(m.repaired.isolated_vertices);
-  f(m.repaired.flipped_triangles);
-  f(m.repaired.merged_vertices);
-  f(m.repaired.non_finite_vertices);
+  for_each_count(m.repaired, [&](const char*, auto& count) { f(count); });
+  f(m.unit);
   f(m.area);
   f(m.mean_edge_length);
 }
@@ -59,6 +53,7 @@ void save_scan_mesh(Store& store, const ScanMesh& mesh) {
   std::vector<std::uint64_t> numbers = {kVersion};
   for_each_number(
       mesh, [&](const auto& value) { numbers.push_back(std::bit_cast<std::uint64_t>(value)); });
+  numbers.push_back(mesh.has_colours ? 1 : 0);
   write(store, fields::kScanRecord, kOnly, numbers);
   store.write_chunk(fields::kScanTiles.name, kOnly,
                     std::make_shared<std::vector<std::byte>>(bytes_of(mesh.layout.tiles)));
@@ -78,6 +73,7 @@ ScanMesh load_scan_mesh(Store& store) {
   for_each_number(mesh, [&](auto& value) {
     value = std::bit_cast<std::remove_reference_t<decltype(value)>>(next());
   });
+  mesh.has_colours = next() != 0;
   ensure(at == numbers.size(), "a scan's record holds no more than it should");
   const auto tiles = read(store, fields::kScanTiles, kOnly);
   mesh.layout.tiles.assign(tiles.begin(), tiles.end());

@@ -30,7 +30,8 @@ class TileBuilder {
     renumber();
     flip();
     order_triangles();
-    gather_positions();
+    gather(in_.ranked_positions, border_.position, out_.positions);
+    gather(in_.ranked_colours, border_.colour, out_.colours);
     measure();
     trace_boundary();
     return std::move(out_);
@@ -186,13 +187,17 @@ class TileBuilder {
     }
   }
 
-  void gather_positions() {
-    out_.positions.reserve(owned_ + out_.halo_slots.size());
+  template <class T>
+  void gather(std::span<const T> ranked, const std::vector<T>& border, std::vector<T>& out) const {
+    if (ranked.empty()) {
+      return;
+    }
+    out.reserve(owned_ + out_.halo_slots.size());
     for (std::uint32_t v = 0; v < owned_; ++v) {
-      out_.positions.push_back(in_.ranked_positions[in_.source.empty() ? v : in_.source[v]]);
+      out.push_back(ranked[in_.source.empty() ? v : in_.source[v]]);
     }
     for (const std::uint32_t slot : out_.halo_slots) {
-      out_.positions.push_back(border_.position[slot]);
+      out.push_back(border[slot]);
     }
   }
 

@@ -12,6 +12,7 @@
 #include "engine/core/types.h"
 #include "engine/mesh/patches.h"
 #include "engine/mesh/repair.h"
+#include "engine/mesh/scan_sink.h"
 
 namespace rattan {
 
@@ -21,6 +22,7 @@ struct BorderTable {
   std::vector<std::uint32_t> rank;    ///< relative to the block's first rank
   std::vector<std::uint32_t> vertex;  ///< repaired number relative to the tile's first
   std::vector<Vec3f> position;
+  std::vector<Rgba> colour;        ///< empty: none
   std::vector<SplitCorner> split;  ///< ascending; `copy` is a slot here
 };
 
@@ -34,11 +36,13 @@ struct TileInput {
   std::span<const std::uint32_t> patch_of;
   std::span<const PatchFate> fates;  ///< of the block's border patches
   std::span<const Vec3f> ranked_positions;
+  std::span<const Rgba> ranked_colours;  ///< empty: none
 };
 
 /// Contents of one tile's chunks, and what it adds to the sums over the mesh.
 struct TileArrays {
   std::vector<Vec3f> positions;
+  std::vector<Rgba> colours;
   std::vector<LocalTriangle> triangles;
   std::vector<std::uint8_t> flags;
   std::vector<std::uint64_t> halo_ids;

@@ -61,6 +61,7 @@ struct ParamOptions {
                      .coarse_stiffness = 1.0F,
                      .passes = 1,
                      .sweeps = 8,
+                     .starts_of_one_tile = 12,
                      .newton_steps = 0,
                      .tolerance = 1e-2F,
                      .unit_norm = true};

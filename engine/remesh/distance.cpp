@@ -7,27 +7,28 @@
 
 #include "engine/core/errors.h"
 #include "engine/core/parallel.h"
+#include "engine/remesh/distance_summary.h"
+#include "engine/remesh/surface_samples.h"
 #include "engine/remesh/triangle_index.h"
 
 namespace rattan {
 
 namespace {
 
-struct Summary {
-  double max = 0.0;
-  double sum = 0.0;
-  double squares = 0.0;
-  std::uint64_t count = 0;
+/// Figures over samples, maximum over all points.
+struct Measured {
+  DistanceSummary vertices;
+  DistanceSummary samples;
 
-  void add(double distance2) {
-    const double d = std::sqrt(distance2);
-    max = std::max(max, d);
-    sum += d;
-    squares += distance2;
-    ++count;
+  OneWayDistances figures() const {
+    const DistanceSummary& s = samples.count() > 0 ? samples : vertices;
+    return {s.mean(),
+            s.rms(),
+            s.quantile(0.99),
+            std::max(vertices.max(), samples.max()),
+            vertices.count() + samples.count(),
+            s.count()};
   }
-  double mean() const { return count > 0 ? sum / static_cast<double>(count) : 0.0; }
-  double rms() const { return count > 0 ? std::sqrt(squares / static_cast<double>(count)) : 0.0; }
 };
 
 /// The remesh as triangles over float positions, in an order that makes the index tight.
@@ -41,16 +42,7 @@ struct Triangulated {
       positions.push_back(p.cast<float>());
     }
     for (std::size_t f = 0; f < mesh.face_count(); ++f) {
-      const auto c = mesh.face(f);
-      if (c.size() == 4 && (mesh.positions[c[1]] - mesh.positions[c[3]]).squaredNorm() <
-                               (mesh.positions[c[0]] - mesh.positions[c[2]]).squaredNorm()) {
-        triangles.push_back({c[1], c[2], c[3]});
-        triangles.push_back({c[1], c[3], c[0]});
-        continue;
-      }
-      for (std::size_t k = 1; k + 1 < c.size(); ++k) {
-        triangles.push_back({c[0], c[k], c[k + 1]});
-      }
+      for_face_triangles(mesh, f, [&](const LocalTriangle& t) { triangles.push_back(t); });
     }
     sort();
   }
@@ -101,36 +93,48 @@ struct Triangulated {
   }
 };
 
-Summary scan_to_remesh(const PolygonMesh& remesh, Store& store, const ScanMesh& scan,
-                       std::uint32_t stride, TaskGraph& graph) {
+Measured scan_to_remesh(const PolygonMesh& remesh, Store& store, const ScanMesh& scan,
+                        const DistanceOptions& options, TaskGraph& graph) {
   const Triangulated flat(remesh);
   const TriangleIndex index(flat.positions, flat.triangles);
+  const std::uint64_t stride = options.scan_stride;
+  const double density = sample_density(options.samples, scan.area);
   struct State {
-    ChunkView<Vec3f> positions;
+    TileMesh mesh;
+    std::size_t vertices = 0;  ///< of the points; the others are samples
+    std::vector<Vec3d> points;
     std::vector<double> distance2;
   };
-  Summary summary;
+  Measured measured;
   run_pass<State>(
       graph, "distance", scan.layout.tile_count(),
-      [&](TileId t, State& s) { s.positions = read(store, fields::kPosition, t); },
+      [&](TileId t, State& s) { s.mesh = load_tile(store, scan, t); },
       [&](TileId t, State& s) {
         const TileExtent& e = scan.layout.tiles[t.value];
-        // Sampled by global number, so that tiles don't matter.
-        const std::uint64_t first = (e.first + stride - 1) / stride * stride - e.first;
-        const std::uint64_t count = e.owned > first ? (e.owned - first + stride - 1) / stride : 0;
-        s.distance2.resize(count);
+        // Chosen by global number, so that tiles don't matter.
+        for (std::uint64_t v = (e.first + stride - 1) / stride * stride - e.first; v < e.owned;
+             v += stride) {
+          s.points.push_back(s.mesh.positions[v].cast<double>());
+        }
+        s.vertices = s.points.size();
+        for (std::uint32_t i = 0; density > 0.0 && i < s.mesh.counts.owned; ++i) {
+          const LocalTriangle& c = s.mesh.triangles[i];
+          sample_triangle(s.mesh.counts.first + i, s.mesh.positions[c[0]].cast<double>(),
+                          s.mesh.positions[c[1]].cast<double>(),
+                          s.mesh.positions[c[2]].cast<double>(), density, s.points);
+        }
+        s.distance2.resize(s.points.size());
         parallel_chunks(
-            count,
+            s.points.size(),
             [&](std::size_t begin, std::size_t end) {
               // Neighbours in the list are near each other: the last answer bounds the next search.
               std::uint64_t last = kNoTriangle;
               for (std::size_t i = begin; i < end; ++i) {
-                const Vec3d p = s.positions[first + i * stride].cast<double>();
                 ClosestHit hit;
                 if (last != kNoTriangle) {
-                  index.try_triangle(p, static_cast<std::uint32_t>(last), hit);
+                  index.try_triangle(s.points[i], static_cast<std::uint32_t>(last), hit);
                 }
-                index.closest(p, hit);
+                index.closest(s.points[i], hit);
                 last = hit.triangle;
                 s.distance2[i] = hit.distance2;
               }
@@ -138,14 +142,15 @@ Summary scan_to_remesh(const PolygonMesh& remesh, Store& store, const ScanMesh& 
             1024);
       },
       [&](TileId, State& s) {
-        for (const double d2 : s.distance2) {
-          summary.add(d2);
+        for (std::size_t i = 0; i < s.points.size(); ++i) {
+          (i < s.vertices ? measured.vertices : measured.samples).add(s.distance2[i]);
         }
       });
-  return summary;
+  return measured;
 }
 
-Summary remesh_to_scan(const PolygonMesh& remesh, SurfaceProjector& projector, TaskGraph& graph) {
+Measured remesh_to_scan(const PolygonMesh& remesh, SurfaceProjector& projector,
+                        const DistanceOptions& options, TaskGraph& graph) {
   std::vector<ProjectionQuery> queries;
   const bool hints = remesh.scan_triangle.size() == remesh.vertex_count();
   const auto hint = [&](std::uint32_t v) { return hints ? remesh.scan_triangle[v] : kNoTriangle; };
@@ -161,13 +166,36 @@ Summary remesh_to_scan(const PolygonMesh& remesh, SurfaceProjector& projector, T
     }
     queries.push_back({centre / static_cast<double>(c.size()), infinity, hint(c[0])});
   }
+  const std::size_t vertices = queries.size();
+  if (options.samples > 0) {
+    double area = 0.0;
+    for (std::size_t f = 0; f < remesh.face_count(); ++f) {
+      for_face_triangles(remesh, f, [&](const LocalTriangle& t) {
+        area +=
+            triangle_area(remesh.positions[t[0]], remesh.positions[t[1]], remesh.positions[t[2]]);
+      });
+    }
+    const double density = sample_density(options.samples, area);
+    std::vector<Vec3d> points;
+    std::uint64_t number = 0;
+    for (std::size_t f = 0; density > 0.0 && f < remesh.face_count(); ++f) {
+      for_face_triangles(remesh, f, [&](const LocalTriangle& t) {
+        points.clear();
+        sample_triangle(number++, remesh.positions[t[0]], remesh.positions[t[1]],
+                        remesh.positions[t[2]], density, points);
+        for (const Vec3d& p : points) {
+          queries.push_back({p, infinity, hint(t[0])});
+        }
+      });
+    }
+  }
   std::vector<SurfacePoint> found(queries.size());
   projector.project(queries, found, graph);
-  Summary summary;
-  for (const SurfacePoint& p : found) {
-    summary.add(p.distance2);
+  Measured measured;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    (i < vertices ? measured.vertices : measured.samples).add(found[i].distance2);
   }
-  return summary;
+  return measured;
 }
 
 }  // namespace
@@ -181,17 +209,11 @@ DistanceReport measure_distances(const PolygonMesh& remesh, Store& store, const 
   if (remesh.face_count() == 0 || scan.topology.triangles == 0) {
     return r;
   }
-  const Summary from = scan_to_remesh(remesh, store, scan, options.scan_stride, graph);
-  const Summary to = remesh_to_scan(remesh, projector, graph);
-  r.to_input_max = to.max;
-  r.to_input_rms = to.rms();
-  r.to_input_mean = to.mean();
-  r.from_input_max = from.max;
-  r.from_input_rms = from.rms();
-  r.from_input_mean = from.mean();
-  r.remesh_samples = to.count;
-  r.scan_samples = from.count;
-  r.scan_share = static_cast<double>(from.count) / static_cast<double>(scan.layout.node_count);
+  r.from_input = scan_to_remesh(remesh, store, scan, options, graph).figures();
+  r.to_input = remesh_to_scan(remesh, projector, options, graph).figures();
+  const std::uint64_t vertices = scan.layout.node_count;
+  r.scan_share = static_cast<double>((vertices + options.scan_stride - 1) / options.scan_stride) /
+                 static_cast<double>(vertices);
   return r;
 }
 

@@ -55,7 +55,8 @@ void publish_gauges(SystemLevel<Block>& fine, TaskGraph& tasks) {
         std::copy(s.gauges.begin(), s.gauges.end(),
                   fine.border_gauge.begin() +
                       static_cast<std::ptrdiff_t>(level.layout.tiles[t.value].border_first));
-      });
+      },
+      level.pass_over());
 }
 
 // One row under construction: sums keyed by (coarse neighbour, turn) in order of first appearance.
@@ -212,7 +213,8 @@ void galerkin(SystemLevel<Block>& fine, SystemLevel<Block>& coarse, double scale
         write(*coarse.store, coarse.neighbor, c, s.rows.neighbor);
         write(*coarse.store, coarse.coefficient, c, s.rows.coefficient);
         write(*coarse.store, coarse.term, c, s.rows.term);
-      });
+      },
+      level.pass_over());
 }
 
 }  // namespace

@@ -43,7 +43,8 @@ HaloBoard<std::uint64_t> aggregate_level(Level& level, Field<std::uint32_t> aggr
         for (std::size_t k = 0; k < s.border.size(); ++k) {
           board[extent.border_first + k] = s.matching.aggregate[s.border[k]];
         }
-      });
+      },
+      level.pass_over());
   return board;
 }
 
@@ -214,7 +215,8 @@ Level unite_level(Hierarchy& hierarchy, Level& level, std::size_t number, Store&
         write(*coarse.store, coarse.weight, c, s.weight);
         write(*coarse.store, coarse.count, c, s.count);
         halo_ids[c.value] = std::move(s.halo_ids);
-      });
+      },
+      level.pass_over());
   store.erase(aggregate.name);
 
   std::vector<std::vector<std::uint32_t>> border;

@@ -33,6 +33,7 @@ struct Level {
   std::vector<std::uint32_t> parents;       ///< aggregates of each tile
 
   bool coarsest() const { return group.empty(); }
+  PassOver pass_over() const { return count.name.empty() ? PassOver::kScan : PassOver::kCoarse; }
 };
 
 class Hierarchy {

@@ -5,117 +5,164 @@
 // gauges. Real systems: conjugate gradients preconditioned by the same levels.
 
 #include "engine/solve/conjugate_gradient.h"
+#include "engine/solve/finish.h"
 #include "engine/solve/newton.h"
-#include "engine/solve/passes.h"
+#include "engine/solve/starts.h"
 
 namespace rattan {
 
 namespace {
 
 constexpr float kOverRelaxation = 1.5F;
-/// Several random starts climb from the coarsest level to the finest of at most kTrialNodes nodes,
-/// where the one of least energy goes on: a start decides which way phases wind around handles and
-/// where vortices settle, and no finer level can undo that. Large scans average it out by
-/// themselves.
-constexpr std::uint64_t kStarts = 4;
+/// Random starts climb from the coarsest level to the finest of at most kTrialNodes nodes, where
+/// the one of least energy goes on: a start decides which way phases wind around handles and where
+/// vortices settle, and no finer level can undo that. Large scans average it out by themselves.
 constexpr std::uint64_t kTrialNodes = 2048;
 constexpr int kCoarsestSweeps = 512;
 constexpr int kCoarseSweeps = 64;
 constexpr int kSecondLevelSweeps = 16;
 /// Sweeps between exchanges of halos on coarse levels of several tiles.
 constexpr int kSweepsPerPass = 4;
-constexpr int kUnitSweeps = 3;
 
-/// Relaxes level k from its start: a seed on the coarsest, else the coarser level's answer.
 template <class Block>
-void relax_level(SystemHierarchy<Block>& system, std::size_t k, std::uint64_t seed,
-                 const SolveOptions& options, SolveReport& report, TaskGraph& tasks) {
-  const std::size_t coarsest = system.levels.size() - 1;
-  SystemLevel<Block>& s = system.levels[k];
-  SmoothPlan<Block> plan;
-  plan.omega = kOverRelaxation;
-  plan.penalty = options.penalty;
-  plan.values = s.solution;
-  plan.board = &s.board;
-  const bool one_tile = s.level->layout.tile_count() <= 1;
-  const auto split = [&](int sweeps) {
-    plan.passes = one_tile ? 1 : sweeps / kSweepsPerPass;
-    plan.sweeps = one_tile ? sweeps : kSweepsPerPass;
-  };
-  if (k == coarsest) {
-    plan.start = Start::kSeed;
-    plan.seed = seed;
-    split(kCoarsestSweeps);
-    smooth<Block>(s, nullptr, plan, tasks);
-    if (k == 0) {
-      report.passes += static_cast<std::uint64_t>(plan.passes);
-      report.iterations += static_cast<std::uint64_t>(plan.passes * plan.sweeps);
-      plan.start = Start::kStored;
+class Periodic {
+ public:
+  Periodic(SystemHierarchy<Block>& system, const SolveOptions& options, SolveReport& report,
+           TaskGraph& tasks)
+      : system_(system),
+        options_(options),
+        report_(report),
+        tasks_(tasks),
+        coarsest_(system.levels.size() - 1) {}
+
+  void solve() {
+    std::size_t trial = coarsest_;
+    while (trial > 1 && system_.levels[trial - 1].level->layout.node_count <= kTrialNodes) {
+      --trial;
     }
-  } else {
-    plan.start = Start::kProlong;
-    plan.coarse_values = system.levels[k + 1].solution;
+    if (trial == 1 && system_.levels[0].level->layout.tile_count() == 1) {
+      solve_one_tile();
+    } else {
+      solve_tiles(trial);
+    }
+    if (options_.newton_steps > 0) {
+      newton_steps<Block>(system_, options_, report_, tasks_);
+      if (options_.unit_norm) {
+        settle_at_unit_norm(system_.levels[0], tasks_);
+        ++report_.passes;
+      }
+    }
   }
-  if (k == 0) {
-    const bool unit = options.unit_norm && options.newton_steps == 0;
-    plan.passes = std::max(options.passes, 1);
-    plan.sweeps = options.sweeps;
+
+ private:
+  // The start that is best on the trial level goes on.
+  void solve_tiles(std::size_t trial) {
+    std::uint64_t best = 0;
+    double least = 0.0;
+    const auto starts = static_cast<std::uint64_t>(std::max(options_.starts, 1));
+    for (std::uint64_t seed = 0; seed < starts; ++seed) {
+      climb(trial, seed);
+      const double energy = evaluate(system_.levels[trial], options_.penalty, tasks_).energy;
+      report_.passes += trial == 0 ? 1 : 0;
+      if (seed == 0 || energy < least) {
+        least = energy;
+        best = seed;
+      }
+    }
+    if (best != starts - 1) {
+      climb(trial, best);
+    }
+    for (std::size_t k = trial; k-- > 0;) {
+      relax_level(k, 0);
+    }
+  }
+
+  // A small scan has too few nodes on any coarse level to tell starts apart: all go on to the
+  // finest.
+  void solve_one_tile() {
+    std::vector<std::vector<Value<Block>>> candidates;
+    const auto starts = static_cast<std::uint64_t>(std::max(options_.starts_of_one_tile, 1));
+    for (std::uint64_t seed = 0; seed < starts; ++seed) {
+      climb(1, seed);
+      const SystemLevel<Block>& s = system_.levels[1];
+      const auto values = read(*s.store, s.solution, TileId(0));
+      candidates.emplace_back(values.begin(), values.end());
+    }
+    const SmoothPlan<Block> plan = finest_plan(Start::kProlong);
+    relax_best(system_.levels[0], candidates, plan, tasks_);
+    ++report_.passes;
+    report_.iterations += static_cast<std::uint64_t>(plan.passes * plan.sweeps + plan.unit_sweeps);
+  }
+
+  void climb(std::size_t to, std::uint64_t seed) {
+    for (std::size_t k = coarsest_ + 1; k-- > to;) {
+      relax_level(k, seed);
+    }
+  }
+
+  SmoothPlan<Block> finest_plan(Start start) {
+    const bool unit = options_.unit_norm && options_.newton_steps == 0;
+    SmoothPlan<Block> plan = coarse_plan(0, start);
+    plan.passes = std::max(options_.passes, 1);
+    plan.sweeps = options_.sweeps;
     plan.unit_sweeps = unit ? kUnitSweeps : 0;
     plan.normalise = unit;
-    report.passes += static_cast<std::uint64_t>(plan.passes);
-    report.iterations += static_cast<std::uint64_t>(plan.passes * plan.sweeps + plan.unit_sweeps);
-    smooth<Block>(s, k == coarsest ? nullptr : &system.levels[k + 1], plan, tasks);
-  } else if (k < coarsest) {
-    split(k == 1 ? kSecondLevelSweeps : kCoarseSweeps);
-    smooth<Block>(s, &system.levels[k + 1], plan, tasks);
+    return plan;
   }
-}
 
-template <class Block>
-void solve_periodic(SystemHierarchy<Block>& system, const SolveOptions& options,
-                    SolveReport& report, TaskGraph& tasks) {
-  const std::size_t coarsest = system.levels.size() - 1;
-  std::size_t trial = coarsest;
-  while (trial > 1 && system.levels[trial - 1].level->layout.node_count <= kTrialNodes) {
-    --trial;
-  }
-  const auto climb = [&](std::uint64_t seed) {
-    for (std::size_t k = coarsest + 1; k-- > trial;) {
-      relax_level(system, k, seed, options, report, tasks);
+  SmoothPlan<Block> coarse_plan(std::size_t k, Start start) {
+    SystemLevel<Block>& s = system_.levels[k];
+    SmoothPlan<Block> plan;
+    plan.start = start;
+    plan.omega = kOverRelaxation;
+    plan.penalty = options_.penalty;
+    plan.values = s.solution;
+    plan.board = &s.board;
+    if (start == Start::kProlong) {
+      plan.coarse_values = system_.levels[k + 1].solution;
     }
-  };
-  std::uint64_t best = 0;
-  double least = 0.0;
-  for (std::uint64_t seed = 0; seed < kStarts; ++seed) {
-    climb(seed);
-    const double energy = evaluate(system.levels[trial], options.penalty, tasks).energy;
-    report.passes += trial == 0 ? 1 : 0;
-    if (seed == 0 || energy < least) {
-      least = energy;
-      best = seed;
+    return plan;
+  }
+
+  // Relaxes level k from its start: a seed on the coarsest, else the coarser level's answer.
+  void relax_level(std::size_t k, std::uint64_t seed) {
+    SystemLevel<Block>& s = system_.levels[k];
+    const SystemLevel<Block>* coarser = k == coarsest_ ? nullptr : &system_.levels[k + 1];
+    const auto relax = [&](SmoothPlan<Block> plan, int sweeps) {
+      const bool one_tile = s.level->layout.tile_count() <= 1;
+      plan.passes = one_tile ? 1 : sweeps / kSweepsPerPass;
+      plan.sweeps = one_tile ? sweeps : kSweepsPerPass;
+      smooth<Block>(s, coarser, plan, tasks_);
+      return plan;
+    };
+    if (k == coarsest_) {
+      SmoothPlan<Block> plan = coarse_plan(k, Start::kSeed);
+      plan.seed = seed;
+      count_if_finest(k, relax(plan, kCoarsestSweeps));
+    } else if (k > 0) {
+      relax(coarse_plan(k, Start::kProlong), k == 1 ? kSecondLevelSweeps : kCoarseSweeps);
     }
-  }
-  if (best != kStarts - 1) {
-    climb(best);
-  }
-  for (std::size_t k = trial; k-- > 0;) {
-    relax_level(system, k, 0, options, report, tasks);
-  }
-  if (options.newton_steps > 0) {
-    newton_steps<Block>(system, options, report, tasks);
-    if (options.unit_norm) {
-      SystemLevel<Block>& s = system.levels[0];
-      SmoothPlan<Block> plan;
-      plan.sweeps = 0;
-      plan.unit_sweeps = kUnitSweeps;
-      plan.normalise = true;
-      plan.values = s.solution;
-      plan.board = &s.board;
-      smooth<Block>(s, nullptr, plan, tasks);
-      ++report.passes;
+    if (k == 0) {
+      const SmoothPlan<Block> plan = finest_plan(k == coarsest_ ? Start::kStored : Start::kProlong);
+      smooth<Block>(s, coarser, plan, tasks_);
+      count_if_finest(k, plan);
     }
   }
-}
+
+  void count_if_finest(std::size_t k, const SmoothPlan<Block>& plan) {
+    if (k == 0) {
+      report_.passes += static_cast<std::uint64_t>(plan.passes);
+      report_.iterations +=
+          static_cast<std::uint64_t>(plan.passes * plan.sweeps + plan.unit_sweeps);
+    }
+  }
+
+  SystemHierarchy<Block>& system_;
+  const SolveOptions& options_;
+  SolveReport& report_;
+  TaskGraph& tasks_;
+  std::size_t coarsest_;
+};
 
 }  // namespace
 
@@ -134,20 +181,11 @@ SolveReport solve_nested(Store& store, const TileLayout& layout, const HaloField
   coarsen_system(system, store, fields, hierarchy, options.coarse_stiffness, tasks);
   report.setup_passes = system.finest_passes;
   if constexpr (BlockOps<Block>::kPeriodic) {
-    solve_periodic(system, options, report, tasks);
+    Periodic<Block>(system, options, report, tasks).solve();
   } else {
     solve_real(system, options, report, tasks);
   }
-  SystemLevel<Block>& finest = system.levels[0];
-  write(store, fields.solution, kBoardTile, finest.board);
-  if (options.evaluate) {
-    const Evaluation e =
-        evaluate(finest, BlockOps<Block>::kPeriodic ? options.penalty : 0.0F, tasks);
-    ++report.passes;
-    report.energy = e.energy;
-    report.energy_unit = e.energy_unit;
-    report.gradient_norm = e.gradient_norm;
-  }
+  finish_solve(system.levels[0], store, options, report, tasks);
   return report;
 }
 

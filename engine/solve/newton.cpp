@@ -159,7 +159,7 @@ void restrict_solution(SystemHierarchy<Block>& system, TaskGraph& tasks) {
             add_scaled<Block>(st.out[i], 1.0F / st.term[i].count, st.sums[i]);
           }
         },
-        [&](TileId t, State& st) { write(*s.store, s.solution, t, st.out); });
+        [&](TileId t, State& st) { write(*s.store, s.solution, t, st.out); }, s.level->pass_over());
   }
 }
 

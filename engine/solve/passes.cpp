@@ -191,7 +191,8 @@ std::array<double, 2> smooth(SystemLevel<Block>& fine, const SystemLevel<Block>*
           write(*fine.store, plan.values, t, s.x);
           publish_border<Value<Block>>(s.x, s.tile.border.span(), s.tile.extent.border_first,
                                        after);
-        });
+        },
+        level.pass_over());
     std::swap(before, after);
   }
   *plan.board = std::move(before);
@@ -222,7 +223,7 @@ void restrict_down(SystemHierarchy<Block>& system, std::size_t from,
           s.sums = restrict_owned(s.tile, level.first_parent[t.value], level.parents[t.value],
                                   s.values.span());
         },
-        [&](TileId t, State& s) { writer.add(t, s.sums); });
+        [&](TileId t, State& s) { writer.add(t, s.sums); }, level.pass_over());
   }
 }
 
@@ -284,7 +285,8 @@ Evaluation evaluate(const SystemLevel<Block>& s, float penalty, TaskGraph& tasks
         total.energy += st.sum.energy;
         total.energy_unit += st.sum.energy_unit;
         total.gradient_norm += st.sum.gradient_norm;
-      });
+      },
+      s.level->pass_over());
   total.gradient_norm = std::sqrt(total.gradient_norm);
   if constexpr (!Ops::kPeriodic) {
     total.energy_unit = total.energy;

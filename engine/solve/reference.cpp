@@ -11,8 +11,8 @@
 #include <numeric>
 
 #include "engine/core/parallel.h"
+#include "engine/solve/finish.h"
 #include "engine/solve/newton.h"
-#include "engine/solve/passes.h"
 
 namespace rattan {
 
@@ -101,9 +101,6 @@ class Reference {
         locked_.assign(n_, 0);  // the penalty anchors every component by itself
         newton(report);
       }
-      if (options.unit_norm) {
-        normalise_parts();
-      }
     } else {
       remove_means(x_);
     }
@@ -126,7 +123,6 @@ class Reference {
       publish_border<Value<Block>>(values, border.span(), e.border_first, board);
       write(store, field, TileId(t), values);
     }
-    write(store, field, kBoardTile, board);
   }
 
  private:
@@ -345,13 +341,13 @@ SolveReport solve_reference(Store& store, const TileLayout& layout, const HaloFi
   level.coefficient = system.coefficient;
   level.solution = system.solution;
   reference.store_solution(store, layout, halo, system.solution, level.board);
-  if (options.evaluate) {
-    const Evaluation e =
-        evaluate(level, BlockOps<Block>::kPeriodic ? options.penalty : 0.0F, tasks);
-    report.energy = e.energy;
-    report.energy_unit = e.energy_unit;
-    report.gradient_norm = e.gradient_norm;
+  if constexpr (BlockOps<Block>::kPeriodic) {
+    if (options.unit_norm) {
+      settle_at_unit_norm(level, tasks);
+      ++report.passes;
+    }
   }
+  finish_solve(level, store, options, report, tasks);
   return report;
 }
 

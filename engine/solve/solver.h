@@ -45,6 +45,10 @@ struct SolveOptions {
   /// Passes over the finest level's tiles, and Gauss-Seidel sweeps in each.
   int passes = 2;
   int sweeps = 8;
+  /// Random starts of a periodic system that are compared on a coarse level; on scans of a single
+  /// tile, where that costs little, on the finest.
+  int starts = 4;
+  int starts_of_one_tile = 4;
   /// Hierarchy-preconditioned Newton-CG steps at the end.
   int newton_steps = 0;
   /// Relative residual at which CG stops (real systems; inner solves of Newton).

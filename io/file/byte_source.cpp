@@ -13,6 +13,7 @@
 
 #include "engine/core/errors.h"
 #include "engine/core/hand_over.h"
+#include "io/file/decompressor.h"
 #include "io/file/sha256.h"
 #include "io/scan/scan_reader.h"
 
@@ -76,21 +77,64 @@ ByteSource::ByteSource(std::string path, std::size_t buffer_bytes, ScanFileInfo&
     ::close(descriptor_);
     throw InputError(path_, "", "this is a directory, not a scan", "Name the scan file inside it");
   }
+  std::uint64_t size = 0;
   if (S_ISREG(status.st_mode)) {
-    file_bytes_ = static_cast<std::uint64_t>(status.st_size);
+    size = static_cast<std::uint64_t>(status.st_size);
     ::posix_fadvise(descriptor_, 0, 0, POSIX_FADV_SEQUENTIAL);
   }
-  buffer_.resize(std::max<std::size_t>(buffer_bytes, 1));
+  buffer_.resize(std::max(buffer_bytes, kCompressionMagicBytes));
   cursor_ = end_ = buffer_.data();
   if (info.want_sha256) {
     hasher_ = std::make_unique<Hasher>();
   }
-  info_.bytes = file_bytes_;
+  info_.bytes = size;
   info_.bytes_read = 0;
+  try {
+    open_content(size);
+  } catch (...) {
+    ::close(descriptor_);
+    throw;
+  }
 }
 
 ByteSource::~ByteSource() {
   ::close(descriptor_);
+}
+
+void ByteSource::open_content(std::uint64_t file_bytes) {
+  std::size_t head = 0;
+  while (head < kCompressionMagicBytes) {
+    const std::size_t got = read_file(buffer_.data() + head, kCompressionMagicBytes - head);
+    if (got == 0) {
+      break;
+    }
+    head += got;
+  }
+  decompressor_ = Decompressor::recognise(
+      {buffer_.data(), head}, path_, [this](char* to, std::size_t n) { return read_file(to, n); });
+  if (decompressor_ == nullptr) {
+    content_bytes_ = file_bytes;
+    end_ += head;
+    read_bytes_ = head;
+  }
+}
+
+std::size_t ByteSource::read_file(char* to, std::size_t n) {
+  ssize_t got = 0;
+  do {
+    got = ::read(descriptor_, to, n);
+  } while (got < 0 && errno == EINTR);
+  if (got < 0) {
+    throw InputError(path_, "byte " + std::to_string(file_read_),
+                     std::string("reading failed: ") + std::strerror(errno),
+                     "Check the disk and the connection to it");
+  }
+  if (hasher_ && got > 0) {
+    hasher_->add(to, static_cast<std::size_t>(got));
+  }
+  file_read_ += static_cast<std::uint64_t>(got);
+  info_.bytes_read = file_read_;
+  return static_cast<std::size_t>(got);
 }
 
 bool ByteSource::read_more() {
@@ -103,25 +147,16 @@ bool ByteSource::read_more() {
   }
   cursor_ = buffer_.data();
   end_ = cursor_ + kept;
-  ssize_t got = 0;
-  do {
-    got = ::read(descriptor_, buffer_.data() + kept, buffer_.size() - kept);
-  } while (got < 0 && errno == EINTR);
-  if (got < 0) {
-    throw InputError(path_, "byte " + std::to_string(read_bytes_),
-                     std::string("reading failed: ") + std::strerror(errno),
-                     "Check the disk and the connection to it");
-  }
+  char* to = buffer_.data() + kept;
+  const std::size_t room = buffer_.size() - kept;
+  const std::size_t got =
+      decompressor_ != nullptr ? decompressor_->read(to, room) : read_file(to, room);
   if (got == 0) {
     at_end_ = true;
     return false;
   }
-  if (hasher_) {
-    hasher_->add(end_, static_cast<std::size_t>(got));
-  }
   end_ += got;
-  read_bytes_ += static_cast<std::uint64_t>(got);
-  info_.bytes_read = read_bytes_;
+  read_bytes_ += got;
   return true;
 }
 
@@ -157,7 +192,7 @@ void ByteSource::drain() {
   do {
     cursor_ = end_;
   } while (read_more());
-  info_.bytes = read_bytes_;
+  info_.bytes = file_read_;
   if (hasher_) {
     info_.sha256 = hasher_->finish();
   }
@@ -201,7 +236,9 @@ void ByteSource::fail_at_line(const std::string& problem, const std::string& rem
 
 void ByteSource::fail_at_byte(std::uint64_t at, const std::string& problem,
                               const std::string& remedy) const {
-  throw InputError(path_, "byte " + std::to_string(at), problem, remedy);
+  throw InputError(
+      path_, "byte " + std::to_string(at) + (is_compressed() ? " of the decompressed content" : ""),
+      problem, remedy);
 }
 
 }  // namespace rattan

@@ -116,6 +116,14 @@ class TextLine {
   const char* end_;
 };
 
+/// Whether a word is the given one (in lower case), in whatever case.
+inline bool same_word(std::string_view word, std::string_view lower) {
+  return word.size() == lower.size() &&
+         std::equal(word.begin(), word.end(), lower.begin(), [](char a, char b) {
+           return a == b || (a >= 'A' && a <= 'Z' && a - 'A' + 'a' == b);
+         });
+}
+
 /// A word as it may appear in a message: quoted, cut short, without control characters.
 inline std::string quoted(std::string_view word) {
   std::string text = "\"";

@@ -22,13 +22,24 @@ class ObjReader {
       const char keyword = line[begin];
       const char after = line[begin + 1];
       if (after != ' ' && after != '\t') {
+        if (line.substr(begin).starts_with("fo ")) {  // a face, in the oldest files
+          read_face(line.substr(begin + 3));
+        }
         continue;
       }
       if (keyword == 'v') {
         read_vertex(line.substr(begin + 2));
       } else if (keyword == 'f') {
         read_face(line.substr(begin + 2));
+      } else if (keyword == 'l') {
+        ++lines_;
       }
+    }
+    if (lines_ > 0 && blocks_.triangles() == 0) {
+      throw InputError(source_.path(), "",
+                       "the file holds no faces, only " + std::to_string(lines_) +
+                           " polylines; it is a wireframe",
+                       "Export the surface, not its outline");
     }
     if (highest_ > blocks_.vertices()) {
       throw InputError(source_.path(), "line " + std::to_string(highest_line_),
@@ -77,6 +88,29 @@ class ObjReader {
       }
     }
     blocks_.add_vertex(p[0], p[1], p[2]);
+    read_colour(words);
+  }
+
+  // What follows the coordinates: a weight, or a colour with or without alpha. Whether vertices
+  // have colours is settled by the first; one without is then white.
+  void read_colour(TextLine& words) {
+    if (coloured_ == Coloured::kNo) {
+      return;
+    }
+    double values[4] = {1.0, 1.0, 1.0, 1.0};
+    int count = 0;
+    while (count < 4 && words.number(values[count])) {
+      ++count;
+    }
+    if (coloured_ == Coloured::kUnknown) {
+      coloured_ = count >= 3 ? Coloured::kYes : Coloured::kNo;
+      if (count < 3) {
+        return;
+      }
+      blocks_.expect_colours();
+    }
+    blocks_.add_colour(count >= 3 ? colour_of_numbers(values, count)
+                                  : ScanColour{255, 255, 255, 255});
   }
 
   void read_face(std::string_view rest) {
@@ -114,12 +148,15 @@ class ObjReader {
     return count - back;
   }
 
+  enum class Coloured { kUnknown, kYes, kNo };
   static constexpr std::size_t kMaxStatement = std::size_t{16} << 20;
   ByteSource& source_;
   ScanBlocks& blocks_;
   std::string joined_;
   std::uint64_t highest_ = 0;  // of the references ahead of their vertex
   std::uint64_t highest_line_ = 0;
+  std::uint64_t lines_ = 0;
+  Coloured coloured_ = Coloured::kUnknown;
 };
 
 }  // namespace

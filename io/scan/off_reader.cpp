@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
+
 #include "io/file/text_numbers.h"
 #include "io/scan/scan_parsers.h"
 
@@ -37,6 +39,54 @@ std::uint64_t read_count(ByteSource& source, TextLine& words, const char* what) 
   return static_cast<std::uint64_t>(count);
 }
 
+// What the keyword says of a vertex line beyond the position: normal, colour and texture coordinate
+// follow in this order. Without a keyword nothing does.
+struct OffVertex {
+  bool normal = false;
+  bool colour = false;
+  bool texture = false;
+};
+
+OffVertex vertex_of(std::string_view keyword) {
+  OffVertex vertex;
+  vertex.texture = keyword.starts_with("ST");
+  keyword.remove_prefix(vertex.texture ? 2 : 0);
+  vertex.colour = keyword.starts_with("C");
+  keyword.remove_prefix(vertex.colour ? 1 : 0);
+  vertex.normal = keyword.starts_with("N");
+  return vertex;
+}
+
+// Three or four numbers: shares of full colour if they are written with a point or include an alpha
+// of at most 1, else shares of 255.
+ScanColour read_colour(TextLine words, const OffVertex& vertex) {
+  double values[9];
+  int count = 0;
+  bool point = false;
+  while (count < 9) {
+    TextLine ahead = words;
+    const std::string_view word = ahead.word();
+    if (!words.number(values[count])) {
+      break;
+    }
+    if (count >= (vertex.normal ? 3 : 0)) {
+      point = point || word.find_first_of(".eE") != std::string_view::npos;
+    }
+    ++count;
+  }
+  const double* colour = values + (vertex.normal ? 3 : 0);
+  const int components = count - (vertex.normal ? 3 : 0) - (vertex.texture ? 2 : 0);
+  if (components < 3) {
+    return {255, 255, 255, 255};  // the keyword promises what the line does not keep
+  }
+  const int used = std::min(components, 4);
+  if (!point && used == 3) {
+    double bytes[4] = {colour[0], colour[1], colour[2], 255.0};
+    return colour_of_numbers(bytes, 4);
+  }
+  return colour_of_numbers(colour, used);
+}
+
 }  // namespace
 
 // [ST][C][N]OFF; positions come first in a vertex line whatever follows them.
@@ -54,8 +104,10 @@ void read_off(ByteSource& source, ScanBlocks& blocks, ScanFileInfo& info) {
   info.format = "OFF";
   std::string_view line = expect_content(source, "count ", 1);
   TextLine words(line);
+  OffVertex vertex;
   if (is_off_keyword(line)) {
     const std::string_view keyword = words.word();
+    vertex = vertex_of(keyword);
     if (keyword.find('4') != std::string_view::npos ||
         keyword.find('n') != std::string_view::npos) {
       source.fail_at_line("only three-dimensional OFF is read", "Export the scan as plain OFF");
@@ -75,6 +127,9 @@ void read_off(ByteSource& source, ScanBlocks& blocks, ScanFileInfo& info) {
   info.vertices = vertices;
   info.triangles = faces;
 
+  if (vertex.colour) {
+    blocks.expect_colours();
+  }
   for (std::uint64_t v = 0; v < vertices; ++v) {
     words = TextLine(expect_content(source, "vertex ", v));
     double p[3];
@@ -87,6 +142,9 @@ void read_off(ByteSource& source, ScanBlocks& blocks, ScanFileInfo& info) {
       }
     }
     blocks.add_vertex(p[0], p[1], p[2]);
+    if (vertex.colour) {
+      blocks.add_colour(read_colour(words, vertex));
+    }
   }
   for (std::uint64_t f = 0; f < faces; ++f) {
     words = TextLine(expect_content(source, "face ", f));

@@ -159,9 +159,9 @@ std::size_t ply_size(PlyType type) {
   return kSize[static_cast<std::size_t>(type)];
 }
 
-bool PlyElement::has_list() const {
-  return std::any_of(properties.begin(), properties.end(),
-                     [](const PlyProperty& p) { return p.is_list; });
+std::size_t PlyElement::list_count() const {
+  return static_cast<std::size_t>(std::count_if(properties.begin(), properties.end(),
+                                                [](const PlyProperty& p) { return p.is_list; }));
 }
 
 std::uint64_t PlyElement::least_bytes() const {

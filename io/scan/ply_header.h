@@ -42,7 +42,8 @@ struct PlyElement {
   std::uint64_t count = 0;
   std::vector<PlyProperty> properties;
 
-  bool has_list() const;
+  std::size_t list_count() const;
+  bool has_list() const { return list_count() > 0; }
   /// Bytes of a record's scalar properties and list counts: its size if no list holds anything.
   std::uint64_t least_bytes() const;
   /// Position among the properties; -1 if there is none of that name.

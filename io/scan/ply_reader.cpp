@@ -78,6 +78,67 @@ std::int64_t load_integer(PlyType type, const char* p) {
   }
 }
 
+// The colour of a vertex among the properties of its element.
+class PlyColour {
+ public:
+  PlyColour() = default;
+  explicit PlyColour(const PlyElement& element) {
+    for (const char* prefix : {"", "diffuse_"}) {
+      static constexpr const char* kNames[] = {"red", "green", "blue", "alpha"};
+      int count = 0;
+      while (count < 4) {
+        const int k = element.find(std::string(prefix) + kNames[count]);
+        if (k < 0 || element.properties[static_cast<std::size_t>(k)].is_list) {
+          break;
+        }
+        property_[count++] = k;
+      }
+      if (count >= 3) {
+        count_ = count;
+        type_ = element.properties[static_cast<std::size_t>(property_[0])].type;
+        return;
+      }
+    }
+  }
+
+  /// Components: 0 (no colours), 3 or 4.
+  int count() const { return count_; }
+  int property(int component) const { return property_[component]; }
+  /// Which component the k-th property is; -1: none.
+  int component_of(int k) const {
+    for (int c = 0; c < count_; ++c) {
+      if (property_[c] == k) {
+        return c;
+      }
+    }
+    return -1;
+  }
+  ScanColour of(double* values) const {
+    if (type_ == PlyType::kFloat32 || type_ == PlyType::kFloat64) {
+      return colour_of_numbers(values, count_);
+    }
+    if (type_ == PlyType::kUint16) {
+      for (int c = 0; c < count_; ++c) {
+        values[c] /= 257.0;
+      }
+    }
+    if (count_ == 3) {
+      values[3] = 255.0;
+    }
+    // With a component at 255, alpha or not, none is taken for a share of 1.
+    double bytes[4] = {values[0], values[1], values[2], 255.0};
+    ScanColour colour = colour_of_numbers(bytes, 4);
+    bytes[0] = values[3];
+    colour[3] = colour_of_numbers(bytes, 4)[0];
+    return colour;
+  }
+
+ private:
+  int count_ = 0;
+  int property_[4] = {-1, -1, -1, -1};
+  PlyType type_ = PlyType::kUint8;
+};
+
 // A triangle strip: each corner after the second closes a triangle with the two before it, turned
 // every other time; -1 starts a new strip.
 class Strip {
@@ -148,7 +209,7 @@ class PlyReader {
     vertices_ = vertex->count;
     info.vertices = vertex->count;
     info.triangles = face != nullptr ? face->count : 0;
-    if (header_.encoding == PlyEncoding::kAscii || source_.file_bytes() == 0) {
+    if (header_.encoding == PlyEncoding::kAscii || source_.content_bytes() == 0) {
       return;
     }
     // A binary file that is too short is told before hours are spent on it.
@@ -156,8 +217,8 @@ class PlyReader {
     for (const PlyElement& element : header_.elements) {
       least += static_cast<double>(element.count) * static_cast<double>(element.least_bytes());
     }
-    if (least > static_cast<double>(source_.file_bytes())) {
-      source_.fail_at_byte(source_.file_bytes(),
+    if (least > static_cast<double>(source_.content_bytes())) {
+      source_.fail_at_byte(source_.content_bytes(),
                            "the file ends too early for the counts in its header", kCutOff);
     }
   }
@@ -172,6 +233,10 @@ class PlyReader {
           source_.fail_at_byte(source_.offset(),
                                std::string("vertices have no coordinate ") + kAxis[k], kRepair);
         }
+      }
+      colour_ = PlyColour(element);
+      if (colour_.count() > 0) {
+        blocks_.expect_colours();
       }
     } else if (role_ != Role::kSkip) {
       list_ = element.find("vertex_indices");
@@ -200,6 +265,11 @@ class PlyReader {
            " (counted from 0)";
   }
 
+  // Writers that know only signed indices let those beyond 2^31 turn negative.
+  bool wraps(PlyType type) const {
+    return type == PlyType::kInt32 && vertices_ > std::uint64_t{1} << 31;
+  }
+
   // ---- text ----
 
   void read_ascii(const PlyElement& element) {
@@ -223,7 +293,11 @@ class PlyReader {
   void read_ascii_vertex(const PlyElement& element, std::string_view line) {
     TextLine words(line);
     double p[3] = {};
-    const int last = std::max({position_[0], position_[1], position_[2]});
+    double colour[4] = {};
+    int last = std::max({position_[0], position_[1], position_[2]});
+    for (int c = 0; c < colour_.count(); ++c) {
+      last = std::max(last, colour_.property(c));
+    }
     for (int k = 0; k <= last; ++k) {
       if (property(element, k).is_list) {
         skip_ascii_list(words);
@@ -239,8 +313,14 @@ class PlyReader {
           p[axis] = value;
         }
       }
+      if (const int c = colour_.component_of(k); c >= 0) {
+        colour[c] = value;
+      }
     }
     blocks_.add_vertex(p[0], p[1], p[2]);
+    if (colour_.count() > 0) {
+      blocks_.add_colour(colour_.of(colour));
+    }
   }
 
   void read_ascii_face(const PlyElement& element, std::string_view line) {
@@ -324,9 +404,8 @@ class PlyReader {
       read_binary_vertices<Swap>(element);
     } else if (role_ == Role::kSkip && !element.has_list()) {
       skip_bytes(element, element.count * element.least_bytes());
-    } else if (role_ == Role::kFace && element.properties.size() == 1 &&
-               property(element, 0).count_type == PlyType::kUint8 &&
-               ply_size(property(element, 0).type) == 4) {
+    } else if (role_ == Role::kFace && element.list_count() == 1 &&
+               ply_size(property(element, list_).type) == 4) {
       read_binary_triangles<Swap>(element);
     } else {
       read_binary_records<Swap>(element);
@@ -354,12 +433,22 @@ class PlyReader {
     const std::size_t stride = element.least_bytes();
     std::size_t at[3];
     PlyType type[3];
-    for (int axis = 0; axis < 3; ++axis) {
-      at[axis] = 0;
-      for (int k = 0; k < position_[axis]; ++k) {
-        at[axis] += ply_size(property(element, k).type);
+    const auto bytes_before = [&](int property_index) {
+      std::size_t bytes = 0;
+      for (int k = 0; k < property_index; ++k) {
+        bytes += ply_size(property(element, k).type);
       }
+      return bytes;
+    };
+    for (int axis = 0; axis < 3; ++axis) {
+      at[axis] = bytes_before(position_[axis]);
       type[axis] = property(element, position_[axis]).type;
+    }
+    colour_is_bytes_ = true;
+    for (int c = 0; c < colour_.count(); ++c) {
+      colour_at_[c] = bytes_before(colour_.property(c));
+      colour_type_[c] = property(element, colour_.property(c)).type;
+      colour_is_bytes_ = colour_is_bytes_ && colour_type_[c] == PlyType::kUint8;
     }
     const bool is_float =
         std::all_of(type, type + 3, [](PlyType t) { return t == PlyType::kFloat32; });
@@ -373,12 +462,14 @@ class PlyReader {
         };
         for (std::uint64_t r = 0; r < block; ++r, p += stride) {
           blocks_.add_vertex(load(p + at[0]), load(p + at[1]), load(p + at[2]));
+          add_binary_colour<Swap>(p);
         }
       } else {
         for (std::uint64_t r = 0; r < block; ++r, p += stride) {
           blocks_.add_vertex(load_number<Swap>(type[0], p + at[0]),
                              load_number<Swap>(type[1], p + at[1]),
                              load_number<Swap>(type[2], p + at[2]));
+          add_binary_colour<Swap>(p);
         }
       }
       source_.consume(static_cast<std::size_t>(block * stride));
@@ -386,27 +477,57 @@ class PlyReader {
     }
   }
 
-  // "list uchar int" and nothing else: nearly every file. Triangles take the inner loop, other
-  // polygons the general way.
+  // Of the vertex whose record begins at p.
+  template <bool Swap>
+  void add_binary_colour(const char* p) {
+    if (colour_.count() == 0) {
+      return;
+    }
+    if (colour_is_bytes_) {
+      ScanColour colour{0, 0, 0, 255};
+      for (int c = 0; c < colour_.count(); ++c) {
+        colour[static_cast<std::size_t>(c)] = static_cast<std::uint8_t>(p[colour_at_[c]]);
+      }
+      blocks_.add_colour(colour);
+    } else {
+      double values[4] = {};
+      for (int c = 0; c < colour_.count(); ++c) {
+        values[c] = load_number<Swap>(colour_type_[c], p + colour_at_[c]);
+      }
+      blocks_.add_colour(colour_.of(values));
+    }
+  }
+
+  // One list of 32-bit indices, perhaps among values of fixed size: nearly every file. Triangles
+  // take the inner loop, other polygons the general way.
   template <bool Swap>
   void read_binary_triangles(const PlyElement& element) {
-    constexpr std::size_t kRecord = 13;
-    const bool is_signed = property(element, 0).type == PlyType::kInt32;
+    const PlyProperty& list = property(element, list_);
+    const std::size_t count_size = ply_size(list.count_type);
+    std::size_t before = 0;
+    for (int k = 0; k < list_; ++k) {
+      before += ply_size(property(element, k).type);
+    }
+    const std::size_t indices = before + count_size;
+    const std::size_t record = element.least_bytes() + 3 * sizeof(std::uint32_t);
+    const bool is_signed = list.type == PlyType::kInt32 && !wraps(list.type);
     for (std::uint64_t left = element.count; left > 0;) {
-      source_.fill(kRecord);
+      source_.fill(record);
       const char* p = source_.data();
       const char* stop = p + source_.available();
-      while (left > 0 && static_cast<std::size_t>(stop - p) >= kRecord && *p == 3) {
-        const std::uint32_t a = load_word<std::uint32_t, Swap>(p + 1);
-        const std::uint32_t b = load_word<std::uint32_t, Swap>(p + 5);
-        const std::uint32_t c = load_word<std::uint32_t, Swap>(p + 9);
+      while (left > 0 && static_cast<std::size_t>(stop - p) >= record &&
+             (count_size == 1 ? p[before] == 3
+                              : load_integer<Swap>(list.count_type, p + before) == 3)) {
+        const std::uint32_t a = load_word<std::uint32_t, Swap>(p + indices);
+        const std::uint32_t b = load_word<std::uint32_t, Swap>(p + indices + 4);
+        const std::uint32_t c = load_word<std::uint32_t, Swap>(p + indices + 8);
         // Unsigned, so a negative index is beyond any count that signed indices can reach.
         if (std::max({a, b, c}) >= vertices_ ||
             (is_signed && static_cast<std::int32_t>(a | b | c) < 0)) {
           break;
         }
         blocks_.add_triangle(a, b, c);
-        p += kRecord;
+        p += record;
         --left;
       }
       source_.consume(static_cast<std::size_t>(p - source_.data()));
@@ -427,6 +548,7 @@ class PlyReader {
   template <bool Swap>
   void read_binary_record(const PlyElement& element) {
     double p[3] = {};
+    double colour[4] = {};
     for (std::size_t k = 0; k < element.properties.size(); ++k) {
       const PlyProperty& prop = element.properties[k];
       const std::size_t size = ply_size(prop.type);
@@ -436,6 +558,10 @@ class PlyReader {
           if (role_ == Role::kVertex && position_[axis] == static_cast<int>(k)) {
             p[axis] = load_number<Swap>(prop.type, source_.data());
           }
+        }
+        if (const int c = colour_.component_of(static_cast<int>(k));
+            role_ == Role::kVertex && c >= 0) {
+          colour[c] = load_number<Swap>(prop.type, source_.data());
         }
         source_.consume(size);
         continue;
@@ -458,6 +584,9 @@ class PlyReader {
     }
     if (role_ == Role::kVertex) {
       blocks_.add_vertex(p[0], p[1], p[2]);
+      if (colour_.count() > 0) {
+        blocks_.add_colour(colour_.of(colour));
+      }
     }
   }
 
@@ -467,7 +596,10 @@ class PlyReader {
     begin_face();
     for (; length > 0; --length) {
       need(element, size);
-      const std::int64_t index = load_integer<Swap>(type, source_.data());
+      std::int64_t index = load_integer<Swap>(type, source_.data());
+      if (index < -1 && wraps(type)) {
+        index &= 0xffffffff;
+      }
       if (!add_index(index)) {
         source_.fail_at_byte(source_.offset(), bad_index(index), kRepair);
       }
@@ -485,6 +617,10 @@ class PlyReader {
   int position_[3] = {};  // of x, y, z among the properties
   int list_ = -1;         // the face's list of vertices among the properties
   Strip strip_;
+  PlyColour colour_;
+  std::size_t colour_at_[4] = {};  // in a record of fixed size
+  PlyType colour_type_[4] = {};
+  bool colour_is_bytes_ = false;
 };
 
 }  // namespace

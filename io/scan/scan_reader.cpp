@@ -5,14 +5,22 @@
 #include <string_view>
 
 #include "engine/core/errors.h"
+#include "io/file/text_numbers.h"
 #include "io/scan/scan_parsers.h"
 
 namespace rattan {
 namespace {
 
-enum class Format { kUnknown, kPly, kObj, kOff, kStl, kDraco, kCompressed };
+enum class Format { kUnknown, kPly, kObj, kOff, kStl, kDraco };
 
-std::string lower_extension(const std::string& path) {
+// Without that of a compression: "ply" of "a.ply.gz".
+std::string lower_extension(std::string path) {
+  for (const std::string_view packed : {".gz", ".zst"}) {
+    if (path.size() > packed.size() &&
+        same_word(std::string_view(path).substr(path.size() - packed.size()), packed)) {
+      path.resize(path.size() - packed.size());
+    }
+  }
   const std::size_t slash = path.find_last_of('/');
   const std::size_t dot = path.find_last_of('.');
   if (dot == std::string::npos || (slash != std::string::npos && dot < slash)) {
@@ -44,22 +52,20 @@ bool looks_like_obj(std::string_view head) {
   return false;
 }
 
-Format tell_format(std::string_view head, const std::string& path) {
-  const auto starts = [&](std::string_view magic) { return head.substr(0, magic.size()) == magic; };
+Format tell_format(const ByteSource& source, std::string_view head) {
+  const auto starts = [&](std::string_view magic) { return head.starts_with(magic); };
   if (starts("ply\n") || starts("ply\r") || starts("ply ")) {
     return Format::kPly;
   }
   if (starts("DRACO")) {
     return Format::kDraco;
   }
-  if (starts("\x1f\x8b") || starts("\x28\xb5\x2f\xfd")) {
-    return Format::kCompressed;
-  }
   if (is_off_keyword(head.substr(0, head.find('\n')))) {
     return Format::kOff;
   }
-  const std::string extension = lower_extension(path);
-  if (extension == "stl" || starts("solid ") || starts("solid\n") || starts("solid\r")) {
+  const std::string extension = lower_extension(source.path());
+  if (extension == "stl" || starts("solid ") || starts("solid\n") || starts("solid\r") ||
+      is_binary_stl(source)) {
     return Format::kStl;
   }
   if (extension == "ply") {
@@ -71,7 +77,37 @@ Format tell_format(std::string_view head, const std::string& path) {
   if (extension == "obj" || looks_like_obj(head)) {
     return Format::kObj;
   }
+  if (extension == "drc") {
+    return Format::kDraco;
+  }
   return Format::kUnknown;
+}
+
+// What is told by its first bytes to be something else altogether.
+void refuse_other_files(const std::string& path, std::string_view head) {
+  const std::string convert = std::string("Convert the scan to ") + kSupportedFormats;
+  static constexpr struct {
+    std::string_view magic;
+    const char* what;
+    const char* remedy;
+  } kOthers[] = {
+      {"PK\x03\x04", "this is a ZIP archive", "Unpack it and name the scan inside"},
+      {"\x1f\x8b", "the file is compressed twice", "Decompress it once"},
+      {"\x28\xb5\x2f\xfd", "the file is compressed twice", "Decompress it once"},
+      {"BZh", "bzip2 is not read", "Compress the scan with gzip or zstd"},
+      {"\xfd"
+       "7zXZ",
+       "xz is not read", "Compress the scan with gzip or zstd"},
+      {"\xff\xfe", "the text is encoded as UTF-16", "Save it as UTF-8"},
+      {"\xfe\xff", "the text is encoded as UTF-16", "Save it as UTF-8"},
+      {"glTF", "glTF is not read", nullptr},
+      {"Kaydara", "FBX is not read", nullptr},
+  };
+  for (const auto& other : kOthers) {
+    if (head.starts_with(other.magic)) {
+      throw InputError(path, "", other.what, other.remedy != nullptr ? other.remedy : convert);
+    }
+  }
 }
 
 }  // namespace
@@ -95,9 +131,11 @@ void read_scan(const std::string& path, ScanSink& sink, ScanFileInfo* info,
     source.consume(3);
     head.remove_prefix(3);
   }
-  const std::string convert = std::string("Convert the scan to ") + kSupportedFormats;
+  if (!is_binary_stl(source)) {  // whose first 80 bytes are anything
+    refuse_other_files(path, head);
+  }
   ScanBlocks blocks(sink, result, options.block_records);
-  switch (tell_format(head, path)) {
+  switch (tell_format(source, head)) {
     case Format::kPly:
       read_ply(source, blocks, result);
       break;
@@ -108,15 +146,14 @@ void read_scan(const std::string& path, ScanSink& sink, ScanFileInfo* info,
       read_off(source, blocks, result);
       break;
     case Format::kStl:
-      throw InputError(path, "", "STL is not read yet", convert);
+      read_stl(source, blocks, result);
+      break;
     case Format::kDraco:
-      throw InputError(path, "", "Draco files are not read as scans yet", convert);
-    case Format::kCompressed:
-      throw InputError(path, "", "compressed files are not read yet",
-                       std::string("Decompress the file to ") + kSupportedFormats);
+      read_draco(source, blocks, result, options.memory_bytes);
+      break;
     case Format::kUnknown:
       throw InputError(path, "", "neither its first bytes nor its name tell a format Rattan reads",
-                       convert);
+                       std::string("Convert the scan to ") + kSupportedFormats);
   }
   if (blocks.vertices() == 0) {
     throw InputError(path, "", "the file holds no vertices", "Check that the export is complete");

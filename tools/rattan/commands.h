@@ -14,6 +14,7 @@ using Action = std::function<int()>;
 
 void add_remesh_command(CLI::App& app, Action& action);
 void add_synth_command(CLI::App& app, Action& action);
+void add_compare_command(CLI::App& app, Action& action);
 void add_info_command(CLI::App& app, Action& action);
 
 }  // namespace rattan

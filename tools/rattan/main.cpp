@@ -22,6 +22,7 @@ int parse_and_run(int argc, char** argv) {
 
   Action action;
   add_remesh_command(app, action);
+  add_compare_command(app, action);
   add_info_command(app, action);
   add_synth_command(app, action);
 

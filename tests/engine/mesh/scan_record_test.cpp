@@ -20,7 +20,10 @@ TEST(ScanRecord, ComesBackWhole) {
   }
   ScanMesh mesh = tile_indexed_mesh(store, positions, triangles, 7);
   mesh.origin = Vec3d(1e6, -2.5, 3);
-  mesh.repaired = {1, 2, 3, 4, 5, 6, 7, 8};
+  mesh.unit = 0.25;
+  mesh.has_colours = true;
+  std::uint64_t count = 0;
+  for_each_count(mesh.repaired, [&](const char*, std::uint64_t& c) { c = ++count; });
   save_scan_mesh(store, mesh);
   const ScanMesh loaded = load_scan_mesh(store);
   EXPECT_EQ(loaded.origin, mesh.origin);
@@ -32,8 +35,12 @@ TEST(ScanRecord, ComesBackWhole) {
   EXPECT_EQ(loaded.topology.euler(), 1);
   EXPECT_EQ(loaded.topology.components, 1U);
   EXPECT_EQ(loaded.topology.boundary_loops, 1U);
-  EXPECT_EQ(loaded.repaired.degenerate_triangles, 1U);
-  EXPECT_EQ(loaded.repaired.non_finite_vertices, 8U);
+  EXPECT_EQ(loaded.unit, 0.25);
+  EXPECT_TRUE(loaded.has_colours);
+  for_each_count(loaded.repaired, [&](const char* name, std::uint64_t c) {
+    EXPECT_EQ(c, count + 1 - sizeof(RepairCounts) / sizeof(std::uint64_t)) << name;
+    ++count;
+  });
   EXPECT_EQ(loaded.layout.node_count, mesh.layout.node_count);
   EXPECT_EQ(loaded.layout.border_count, mesh.layout.border_count);
   ASSERT_EQ(loaded.layout.tiles.size(), mesh.layout.tiles.size());

@@ -200,7 +200,7 @@ TEST(Optimise, RelocationBringsFacesNearerToASphere) {
     const ScanMesh mesh = tile_indexed_mesh(store, scan.positions, scan.triangles, 1000);
     TaskGraph graph;
     SurfaceProjector projector(store, mesh, {}, graph);
-    return measure_distances(m, store, mesh, projector, {}, graph).from_input_rms;
+    return measure_distances(m, store, mesh, projector, {}, graph).from_input.rms;
   };
   OptimiseOptions options;
   options.relocate = false;

@@ -3,6 +3,7 @@
 
 // Small scan files for the tests, and a sink that keeps what it gets.
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -13,6 +14,11 @@
 #include <unistd.h>
 #include <utility>
 #include <vector>
+#include <zlib.h>
+#include <zstd.h>
+
+#include <draco/compression/expert_encode.h>
+#include <draco/mesh/triangle_soup_mesh_builder.h>
 
 #include "engine/mesh/scan_sink.h"
 #include "io/scan/scan_reader.h"
@@ -21,6 +27,7 @@ namespace rattan::testing {
 
 struct CollectedScan final : ScanSink {
   std::vector<Vec3d> vertices;
+  std::vector<std::array<std::uint8_t, 4>> colours;
   std::vector<std::array<std::uint64_t, 3>> triangles;
 
   void add_vertices(std::span<const Vec3d> positions) override {
@@ -29,8 +36,16 @@ struct CollectedScan final : ScanSink {
   void add_triangles(std::span<const std::array<std::uint64_t, 3>> t) override {
     triangles.insert(triangles.end(), t.begin(), t.end());
   }
+  void add_colours(std::span<const std::array<std::uint8_t, 4>> c) override {
+    colours.insert(colours.end(), c.begin(), c.end());
+  }
+  /// The same vertices in order, and the same triangles in any order.
   friend bool operator==(const CollectedScan& a, const CollectedScan& b) {
-    return a.vertices == b.vertices && a.triangles == b.triangles;
+    const auto sorted = [](auto triangles) {
+      std::sort(triangles.begin(), triangles.end());
+      return triangles;
+    };
+    return a.vertices == b.vertices && sorted(a.triangles) == sorted(b.triangles);
   }
 };
 
@@ -205,6 +220,175 @@ inline std::string off() {
     s += " 255 0 0 # red\n";
   }
   return s;
+}
+
+/// One of the colours of the files below: that of vertex v.
+inline std::array<std::uint8_t, 4> test_colour(std::size_t v) {
+  return {static_cast<std::uint8_t>(50 * v), static_cast<std::uint8_t>(255 - 50 * v), 7,
+          static_cast<std::uint8_t>(200 + v)};
+}
+
+/// Colours with alpha of vertices, colours of faces.
+inline std::string coloured_ply() {
+  std::string s =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 5\nproperty double x\nproperty double "
+      "y\nproperty double z\nproperty uchar red\nproperty uchar green\nproperty uchar "
+      "blue\nproperty uchar alpha\nelement face 5\nproperty uchar red\nproperty list uchar int "
+      "vertex_indices\nproperty uchar green\nproperty uchar blue\nend_header\n";
+  for (std::size_t v = 0; v < kPyramidVertices.size(); ++v) {
+    for (const double c : kPyramidVertices[v]) {
+      append(s, c);
+    }
+    for (const std::uint8_t c : test_colour(v)) {
+      append(s, c);
+    }
+  }
+  for (const auto& f : kPyramidFaces) {
+    append(s, std::uint8_t{3});
+    append(s, static_cast<std::uint8_t>(f.size()));
+    for (const std::uint32_t k : f) {
+      append(s, static_cast<std::int32_t>(k));
+    }
+    append(s, std::uint8_t{3});
+    append(s, std::uint8_t{3});
+  }
+  return s;
+}
+
+inline std::string coloured_off() {
+  std::string s = "STCNOFF\n5 5 0\n";
+  for (std::size_t v = 0; v < kPyramidVertices.size(); ++v) {
+    for (const double c : kPyramidVertices[v]) {
+      s += number(c) + " ";
+    }
+    s += "0 0 1 ";
+    for (const std::uint8_t c : test_colour(v)) {
+      s += std::to_string(c) + " ";
+    }
+    s += "0.5 0.5\n";
+  }
+  const std::string plain = off();
+  return s + plain.substr(plain.find("4 0"));
+}
+
+/// The corners of the pyramid's triangles, three a triangle.
+inline CollectedScan pyramid_soup() {
+  const CollectedScan indexed = pyramid();
+  CollectedScan soup;
+  for (const auto& t : indexed.triangles) {
+    const std::uint64_t first = soup.vertices.size();
+    for (const std::uint64_t v : t) {
+      soup.vertices.push_back(indexed.vertices[v]);
+    }
+    soup.triangles.push_back({first, first + 1, first + 2});
+  }
+  return soup;
+}
+
+inline std::string ascii_stl(const std::string& eol = "\n", bool upper = false) {
+  std::string s = "solid a test" + eol;
+  const CollectedScan soup = pyramid_soup();
+  for (const auto& t : soup.triangles) {
+    s += "  facet normal 0 0 1" + eol + "    outer loop" + eol;
+    for (const std::uint64_t v : t) {
+      s += "      vertex " + number(soup.vertices[v].x()) + " " + number(soup.vertices[v].y()) +
+           " " + number(soup.vertices[v].z()) + eol;
+    }
+    s += "    endloop" + eol + "  endfacet" + eol;
+  }
+  s += "endsolid a test" + eol;
+  if (upper) {
+    for (char& c : s) {
+      c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+    }
+  }
+  return s;
+}
+
+inline std::string binary_stl(const std::string& title) {
+  std::string s = title;
+  s.resize(80, ' ');
+  const CollectedScan soup = pyramid_soup();
+  append(s, static_cast<std::uint32_t>(soup.triangles.size()));
+  for (const auto& t : soup.triangles) {
+    for (int k = 0; k < 3; ++k) {
+      append(s, 0.0F);
+    }
+    for (const std::uint64_t v : t) {
+      for (int axis = 0; axis < 3; ++axis) {
+        append(s, static_cast<float>(soup.vertices[v][axis]));
+      }
+    }
+    append(s, std::uint16_t{0});
+  }
+  return s;
+}
+
+struct DracoFile {
+  bool sequential = false;
+  int speed = 5;
+  bool colours = false;
+  /// Not quantised below 1.
+  int position_bits = 0;
+};
+
+/// The pyramid. Vertices are renumbered by the encoder.
+inline std::string draco_file(const DracoFile& wanted) {
+  const CollectedScan scan = pyramid();
+  draco::TriangleSoupMeshBuilder builder;
+  builder.Start(static_cast<int>(scan.triangles.size()));
+  const int position =
+      builder.AddAttribute(draco::GeometryAttribute::POSITION, 3, draco::DT_FLOAT32);
+  const int colour = wanted.colours
+                         ? builder.AddAttribute(draco::GeometryAttribute::COLOR, 4, draco::DT_UINT8)
+                         : -1;
+  for (std::size_t t = 0; t < scan.triangles.size(); ++t) {
+    std::array<std::array<float, 3>, 3> p{};
+    std::array<std::array<std::uint8_t, 4>, 3> c{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint64_t v = scan.triangles[t][k];
+      for (int axis = 0; axis < 3; ++axis) {
+        p[k][static_cast<std::size_t>(axis)] = static_cast<float>(scan.vertices[v][axis]);
+      }
+      c[k] = test_colour(v);
+    }
+    const draco::FaceIndex face(static_cast<std::uint32_t>(t));
+    builder.SetAttributeValuesForFace(position, face, p[0].data(), p[1].data(), p[2].data());
+    if (wanted.colours) {
+      builder.SetAttributeValuesForFace(colour, face, c[0].data(), c[1].data(), c[2].data());
+    }
+  }
+  const std::unique_ptr<draco::Mesh> mesh = builder.Finalize();
+  draco::ExpertEncoder encoder(*mesh);
+  encoder.SetSpeedOptions(wanted.speed, wanted.speed);
+  encoder.SetEncodingMethod(wanted.sequential ? draco::MESH_SEQUENTIAL_ENCODING
+                                              : draco::MESH_EDGEBREAKER_ENCODING);
+  if (wanted.position_bits > 0) {
+    encoder.SetAttributeQuantization(position, wanted.position_bits);
+  }
+  draco::EncoderBuffer buffer;
+  encoder.EncodeToBuffer(&buffer);
+  return {buffer.data(), buffer.size()};
+}
+
+inline std::string gzipped(const std::string& bytes) {
+  z_stream stream{};
+  deflateInit2(&stream, 6, Z_DEFLATED, MAX_WBITS + 16, 8, Z_DEFAULT_STRATEGY);
+  std::string out(deflateBound(&stream, bytes.size()) + 32, '\0');
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  stream.next_out = reinterpret_cast<Bytef*>(out.data());
+  stream.avail_out = static_cast<uInt>(out.size());
+  deflate(&stream, Z_FINISH);
+  out.resize(stream.total_out);
+  deflateEnd(&stream);
+  return out;
+}
+
+inline std::string zstd_compressed(const std::string& bytes) {
+  std::string out(ZSTD_compressBound(bytes.size()), '\0');
+  out.resize(ZSTD_compress(out.data(), out.size(), bytes.data(), bytes.size(), 3));
+  return out;
 }
 
 }  // namespace rattan::testing

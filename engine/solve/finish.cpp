@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#include "engine/solve/finish.h"
+
+namespace rattan {
+
+template <class Block>
+void settle_at_unit_norm(SystemLevel<Block>& finest, TaskGraph& tasks) {
+  SmoothPlan<Block> plan;
+  plan.sweeps = 0;
+  plan.unit_sweeps = kUnitSweeps;
+  plan.normalise = true;
+  plan.values = finest.solution;
+  plan.board = &finest.board;
+  smooth<Block>(finest, nullptr, plan, tasks);
+}
+
+template <class Block>
+void finish_solve(const SystemLevel<Block>& finest, Store& store, const SolveOptions& options,
+                  SolveReport& report, TaskGraph& tasks) {
+  write(store, finest.solution, kBoardTile, finest.board);
+  if (!options.evaluate) {
+    return;
+  }
+  const Evaluation e = evaluate(finest, BlockOps<Block>::kPeriodic ? options.penalty : 0.0F, tasks);
+  ++report.passes;
+  report.energy = e.energy;
+  report.energy_unit = e.energy_unit;
+  report.gradient_norm = e.gradient_norm;
+}
+
+#define RATTAN_INSTANTIATE(Block)                                                                  \
+  template void finish_solve(const SystemLevel<Block>&, Store&, const SolveOptions&, SolveReport&, \
+                             TaskGraph&);
+RATTAN_FOR_EACH_BLOCK(RATTAN_INSTANTIATE)
+#undef RATTAN_INSTANTIATE
+template void settle_at_unit_norm(SystemLevel<ComplexBlock>&, TaskGraph&);
+template void settle_at_unit_norm(SystemLevel<PairBlock>&, TaskGraph&);
+
+}  // namespace rattan
