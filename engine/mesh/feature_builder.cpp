@@ -25,6 +25,7 @@ constexpr double kStrongShare = 0.5;
 constexpr double kMostZigzag = 0.15;
 /// A corner turns between points this far before and behind it, in quad sides.
 constexpr double kWindow = 0.5;
+constexpr double kCornerGrowth = 1.5;
 
 std::uint32_t root(std::vector<std::uint32_t>& parent, std::uint32_t v) {
   while (parent[v] != v) {
@@ -312,9 +313,9 @@ void FeatureBuilder::drop_short() {
 
 std::vector<std::uint8_t> FeatureBuilder::find_corners() const {
   std::vector<std::uint8_t> corner = plain_nodes();
-  const double limit = exact::sincos(options_.corner_degrees / 180.0 * exact::kPi).cos;
+  const double limit = options_.corner_degrees / 180.0 * exact::kPi;
   struct Turn {
-    double cosine;
+    double angle;
     std::uint32_t vertex;
   };
   std::vector<Turn> turns;
@@ -345,24 +346,21 @@ std::vector<std::uint8_t> FeatureBuilder::find_corners() const {
     }
     const std::uint32_t a = around_[begin_[v]];
     const std::uint32_t b = around_[begin_[v] + 1];
-    const auto cosine = [&](const Vec3d& p, const Vec3d& q) {
-      const Vec3d in = position(v) - p;
-      const Vec3d out = q - position(v);
-      const double lengths = std::sqrt(in.squaredNorm() * out.squaredNorm());
-      return lengths > 0.0 ? in.dot(out) / lengths : 1.0;
+    const auto angle = [&](double reach) {
+      const Vec3d in = position(v) - away(v, a, reach);
+      const Vec3d out = away(v, b, reach) - position(v);
+      return exact::atan2(std::sqrt(in.cross(out).squaredNorm()), in.dot(out));
     };
-    if (cosine(position(other_end(a, v)), position(other_end(b, v))) >= limit) {
-      continue;
-    }
-    const double wide = cosine(away(v, a, window), away(v, b, window));
-    if (wide < limit) {
-      turns.push_back({wide, v});
+    // An arc turns twice as far in twice the window, a corner doesn't.
+    const double turn = angle(window);
+    if (turn > limit && angle(2.0 * window) < kCornerGrowth * turn) {
+      turns.push_back({turn, v});
       candidate[v] = 1;
     }
   }
   // The sharpest first; it silences the others within its window.
   std::stable_sort(turns.begin(), turns.end(),
-                   [](const Turn& x, const Turn& y) { return x.cosine < y.cosine; });
+                   [](const Turn& x, const Turn& y) { return x.angle > y.angle; });
   for (const Turn& t : turns) {
     if (candidate[t.vertex] == 0) {
       continue;
