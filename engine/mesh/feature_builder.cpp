@@ -23,6 +23,11 @@ constexpr double kStrongShare = 0.5;
 /// Edges of the scan run along its creases if it has any; the edges of noise zigzag: mean turn, in
 /// radians, less half of that over two steps.
 constexpr double kMostZigzag = 0.15;
+/// How much more a crease bends than the surface beside it: objects with edges have 10 and much
+/// more (30 where nothing is scanned), ridges and folds of carved or scanned ones 3 to 8.
+constexpr double kClearContrast = 9.0;
+constexpr double kFairContrast = 6.0;
+constexpr double kMostContrast = 1e6;
 /// A corner turns between points this far before and behind it, in quad sides.
 constexpr double kWindow = 0.5;
 constexpr double kCornerGrowth = 1.5;
@@ -59,6 +64,7 @@ void merge_halves(std::vector<FeatureCandidate>& edges, const Complete& complete
     for (++i; i < edges.size() && edges[i].lo == c.lo && edges[i].hi == c.hi; ++i) {
       c.seen |= edges[i].seen;
       c.bend = std::min(c.bend, edges[i].bend);
+      c.rest = std::max(c.rest, edges[i].rest);
       c.boundary = c.boundary || edges[i].boundary;
     }
     if (c.seen == 3 || !complete(c.lo, c.hi)) {
@@ -217,6 +223,14 @@ void FeatureBuilder::measure(Curve& c) const {
     }
     return count > 0 ? sum / static_cast<double>(count) : 0.0;
   };
+  double bend = 0.0;
+  double rest = 0.0;
+  for (std::uint32_t k = 0; k < c.count; ++k) {
+    const std::uint32_t e = walk_[c.first + k];
+    bend += length(e) * std::sqrt(static_cast<double>(edges_[e].bend));
+    rest += length(e) * std::sqrt(static_cast<double>(edges_[e].rest));
+  }
+  c.contrast = rest > 0.0 ? bend / rest : kMostContrast;
   c.turn = turns(1);
   c.zigzag = c.count >= 4 ? c.turn - 0.5 * turns(2) : 0.5 * c.turn;
 }
@@ -262,22 +276,34 @@ void FeatureBuilder::drop_noise() {
   };
   drop_all([&](const Curve& c) { return loose(c) && c.length < kSpur * side; });
   drop_all([&](const Curve& c) {
-    return (loose(c) && c.length < kSpur * side) || weak(c) || c.zigzag > kMostZigzag;
+    return (loose(c) && c.length < kSpur * side) || weak(c) || c.zigzag > kMostZigzag ||
+           c.contrast < kFairContrast;
   });
-  // A curve stands by itself if it is long, or in between two that do.
   drop_all([&](const Curve& c) { return loose(c) && c.length < kLongCurve * side; });
   if (edges_.empty()) {
     return;
   }
-  const auto stands = [&](const Curve& c) { return c.closed || c.length >= kLongCurve * side; };
+  // Curves that leave no doubt, and what is joined to them.
   std::vector<std::uint8_t> supported(ids_.size(), 0);
-  for (const Curve& c : curves_) {
-    if (stands(c)) {
-      supported[c.from] = supported[c.to] = 1;
+  std::vector<std::uint8_t> accepted(curves_.size(), 0);
+  for (bool grows = true; grows;) {
+    grows = false;
+    for (std::size_t i = 0; i < curves_.size(); ++i) {
+      const Curve& c = curves_[i];
+      if (accepted[i] != 0 || c.boundary) {
+        continue;
+      }
+      const bool is_long = c.closed || c.length >= kLongCurve * side;
+      const int ends = supported[c.from] + supported[c.to];
+      if ((is_long && (c.contrast >= kClearContrast || ends > 0)) || ends == 2) {
+        accepted[i] = 1;
+        supported[c.from] = supported[c.to] = 1;
+        grows = true;
+      }
     }
   }
   if (drop_curves([&](const Curve& c) {
-        return !stands(c) && (supported[c.from] == 0 || supported[c.to] == 0);
+        return accepted[static_cast<std::size_t>(&c - curves_.data())] == 0;
       })) {
     drop_all([&](const Curve& c) { return loose(c) && c.length < kLongCurve * side; });
   }

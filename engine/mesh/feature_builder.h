@@ -16,6 +16,7 @@ struct FeatureCandidate {
   Vec3f p_lo{0.0F, 0.0F, 0.0F};
   Vec3f p_hi{0.0F, 0.0F, 0.0F};
   float bend = 0.0F;      ///< squared distance of the two unit normals
+  float rest = 0.0F;      ///< mean of the same over the other edges around the ends
   std::uint8_t seen = 0;  ///< bit 0: sharp from lo, bit 1: from hi
   bool boundary = false;
 };
@@ -46,6 +47,7 @@ class FeatureBuilder {
     double strong_length = 0.0;
     double turn = 0.0;  ///< mean from edge to edge, radians
     double zigzag = 0.0;
+    double contrast = 0.0;  ///< how much more it bends than the surface beside it
     bool closed = false;
     bool boundary = false;
   };

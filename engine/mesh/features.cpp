@@ -39,7 +39,7 @@ void search_tile(State& s, std::uint64_t first_id, const FeatureOptions& options
   const std::uint32_t* neighbor = s.fans.neighbor.span().data();
   const Vec3f* p = s.positions.span().data();
   const auto id = [&](std::uint32_t v) { return v < owned ? first_id + v : s.halo_ids[v - owned]; };
-  const auto add = [&](std::uint32_t i, std::uint32_t j, double bend, bool boundary) {
+  const auto add = [&](std::uint32_t i, std::uint32_t j, double bend, double rest, bool boundary) {
     FeatureCandidate c;
     const bool up = id(i) < id(j);
     c.lo = up ? id(i) : id(j);
@@ -47,6 +47,7 @@ void search_tile(State& s, std::uint64_t first_id, const FeatureOptions& options
     c.p_lo = p[up ? i : j];
     c.p_hi = p[up ? j : i];
     c.bend = static_cast<float>(bend);
+    c.rest = static_cast<float>(rest);
     c.seen = boundary ? 3 : (up ? 1 : 2);
     c.boundary = boundary;
     s.found.push_back(c);
@@ -64,7 +65,7 @@ void search_tile(State& s, std::uint64_t first_id, const FeatureOptions& options
       // Each boundary edge once, from its lower end.
       for (const std::uint32_t j : {neighbor[begin], neighbor[end - 1]}) {
         if (id(i) < id(j)) {
-          add(i, j, 4.0, true);
+          add(i, j, 4.0, 0.0, true);
         }
       }
     }
@@ -123,7 +124,7 @@ void search_tile(State& s, std::uint64_t first_id, const FeatureOptions& options
     for (std::uint32_t k = 0; k < n; ++k) {
       const auto b = static_cast<double>(bend[k]);
       if (b >= weak_bend && b >= kContrast * kContrast * noise) {
-        add(i, neighbor[begin + k], b, false);
+        add(i, neighbor[begin + k], b, noise, false);
       }
     }
   }
