@@ -188,11 +188,10 @@ class RemeshJob {
       phase_report_ = parameterize(store_, mesh_, field_, options, tasks_);
     });
     CellComplex cells = clock_.run("extract", [&] {
-      return extract_cells(store_, mesh_,
-                           {.omega = omega_,
-                            .density = options_.density,
-                            .features = field_.features.get()},
-                           tasks_, arrangement_);
+      return extract_cells(
+          store_, mesh_,
+          {.omega = omega_, .density = options_.density, .features = field_.features.get()}, tasks_,
+          arrangement_);
     });
     return clock_.run("quadrangulate", [&] {
       QuadrangulateReport report;

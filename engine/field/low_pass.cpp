@@ -206,10 +206,10 @@ void low_pass_positions(Store& store, const ScanMesh& mesh, const LowPassOptions
           if (pass == 0) {
             s.made = filter_rows(s.fans, target, t);
             if (options.features != nullptr && !options.features->empty()) {
-              bind_to_curves(s.fans, target, t,
-                             options.features->of_tile(mesh.layout.tiles[id.value],
-                                                       s.halo_ids.span()),
-                             s.made);
+              bind_to_curves(
+                  s.fans, target, t,
+                  options.features->of_tile(mesh.layout.tiles[id.value], s.halo_ids.span()),
+                  s.made);
             }
           }
           const std::vector<Point> b = padded(target);

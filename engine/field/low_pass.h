@@ -23,8 +23,8 @@ double capped_low_pass_radius(const ScanMesh& mesh, double wanted);
 
 /// Applies S (2 - S), S = (1 + t L)^-1 with L the area-normalised Laplacian and t = radius^2 / 4:
 /// flat to second order in the pass band, where S alone would shrink a tube of radius R by t / R^2.
-/// Vertices of the boundary and of feature curves move along these only, by their own Laplacian. Solved by
-/// Gauss-Seidel within tiles, halos from the pass before. Needs the vertex graph; writes
+/// Vertices of the boundary and of feature curves move along these only, by their own Laplacian.
+/// Solved by Gauss-Seidel within tiles, halos from the pass before. Needs the vertex graph; writes
 /// kSmoothPosition with its board.
 void low_pass_positions(Store& store, const ScanMesh& mesh, const LowPassOptions& options,
                         TaskGraph& tasks);

@@ -169,8 +169,7 @@ void assemble_tile(State& s, const SmoothingOptions& options, const TileExtent& 
     }
     Fit f;
     if (mark != features.marks.end() && mark->vertex == i) {
-      f = curve_fit(frames[i], p, i, features.neighbors(*mark),
-                    static_cast<double>(s.diagonal[i]));
+      f = curve_fit(frames[i], p, i, features.neighbors(*mark), static_cast<double>(s.diagonal[i]));
       ++mark;
     } else if (options.align_boundary && n == 4 && (s.fans.flags[i] & kOnBoundary) != 0) {
       // Both boundary edges, each by its length; modulo a quarter turn a right-angled corner

@@ -57,9 +57,8 @@ std::vector<FaceSegment> face_segments(const TileArrangement& a, const TracedTil
   // Pieces of features belong to the graph unless they were peeled off.
   const auto is_loose = [&](std::uint32_t e, std::uint32_t i) {
     if (a.place[e] != EdgePlace::kInside) {
-      return std::binary_search(
-          loose.begin(), loose.end(),
-          PointKey::on_edge(c.ids[c.edges[e].lo], c.ids[c.edges[e].hi], i));
+      return std::binary_search(loose.begin(), loose.end(),
+                                PointKey::on_edge(c.ids[c.edges[e].lo], c.ids[c.edges[e].hi], i));
     }
     const std::uint32_t n = a.points_on(e);
     if (i < n) {

@@ -85,7 +85,7 @@ struct TileArrangement {
   std::vector<std::uint8_t> open;         ///< one an owned triangle: singular
 
   std::vector<Segment> segments;
-  std::uint32_t first_edge_segment = 0;  ///< segments from here on run along scan edges
+  std::uint32_t first_edge_segment = 0;       ///< segments from here on run along scan edges
   std::vector<std::uint8_t> segment_feature;  ///< one for each of these
   std::vector<Crossing> crossings;
   std::vector<GraphVertex> vertices;

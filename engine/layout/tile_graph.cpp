@@ -275,7 +275,7 @@ class Tracer {
   TracedTile out_;
   std::vector<std::uint8_t> complete_;
   std::vector<std::uint8_t> on_feature_;  // one a local vertex: end of a sharp edge
-  std::vector<std::uint32_t> corners_;  // ascending
+  std::vector<std::uint32_t> corners_;    // ascending
 };
 
 /// Dart after `dart` on its arc; kNone if it ends at a node.

@@ -51,7 +51,9 @@ struct GraphArc {
 inline std::uint64_t vertex_slot(std::uint64_t neighbor, std::uint32_t line) {
   return neighbor << 3 | line;
 }
-inline std::uint64_t slot_neighbor(std::uint64_t slot) { return slot >> 3; }
+inline std::uint64_t slot_neighbor(std::uint64_t slot) {
+  return slot >> 3;
+}
 
 /// One side of an edge whose other triangle, if there is one, belongs to another tile.
 struct BorderEdge {
@@ -73,7 +75,8 @@ struct BorderVertex {
   std::uint32_t face = 0;
 };
 
-/// Rotation about a scan vertex where more than two parts of the graph may meet: neighbour number `rank`, counter-clockwise.
+/// Rotation about a scan vertex where more than two parts of the graph may meet: neighbour number
+/// `rank`, counter-clockwise.
 struct FanEntry {
   std::uint64_t vertex = 0;
   std::uint64_t neighbor = 0;

@@ -12,7 +12,8 @@ namespace rattan {
 
 namespace {
 
-/// In quad sides: what a component of creases has to be long, what a spur, and what a boundary loop.
+/// In quad sides: what a component of creases has to be long, what a spur, and what a boundary
+/// loop.
 constexpr double kShortest = 4.0;
 constexpr double kSpur = 1.0;
 constexpr double kLongCurve = 3.0;
@@ -31,6 +32,7 @@ constexpr double kMostContrast = 1e6;
 /// A corner turns between points this far before and behind it, in quad sides.
 constexpr double kWindow = 0.5;
 constexpr double kCornerGrowth = 1.5;
+constexpr double kCornerStays = 0.7;
 
 std::uint32_t root(std::vector<std::uint32_t>& parent, std::uint32_t v) {
   while (parent[v] != v) {
@@ -377,9 +379,10 @@ std::vector<std::uint8_t> FeatureBuilder::find_corners() const {
       const Vec3d out = away(v, b, reach) - position(v);
       return exact::atan2(std::sqrt(in.cross(out).squaredNorm()), in.dot(out));
     };
-    // An arc turns twice as far in twice the window, a corner doesn't.
+    // In twice the window an arc turns twice as far, a corner as far, a notch hardly.
     const double turn = angle(window);
-    if (turn > limit && angle(2.0 * window) < kCornerGrowth * turn) {
+    const double wide = turn > limit ? angle(2.0 * window) : 0.0;
+    if (wide > kCornerStays * turn && wide < kCornerGrowth * turn) {
       turns.push_back({turn, v});
       candidate[v] = 1;
     }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// Creases by hysteresis on the dihedral angle, after the idea of J. Canny, "A computational approach
-// to edge detection", 1986. Noise bends a fan of triangles everywhere alike, a crease bends it at two
-// edges only: that is what tells them apart at the scale of single edges; length does the rest.
+// Creases by hysteresis on the dihedral angle, after the idea of J. Canny, "A computational
+// approach to edge detection", 1986. Noise bends a fan of triangles everywhere alike, a crease
+// bends it at two edges only: that is what tells them apart at the scale of single edges; length
+// does the rest.
 #include "engine/mesh/features.h"
 
 #include <algorithm>
@@ -33,7 +34,8 @@ struct State {
 };
 
 /// Candidates as seen from the tile's owned vertices.
-void search_tile(State& s, std::uint64_t first_id, const FeatureOptions& options, double weak_bend) {
+void search_tile(State& s, std::uint64_t first_id, const FeatureOptions& options,
+                 double weak_bend) {
   const std::uint32_t owned = s.fans.owned();
   const std::uint32_t* row = s.fans.row_begin.span().data();
   const std::uint32_t* neighbor = s.fans.neighbor.span().data();
@@ -100,8 +102,7 @@ void search_tile(State& s, std::uint64_t first_id, const FeatureOptions& options
     for (std::uint32_t k = 0; k < n; ++k) {
       const bool rim = open && (k == 0 || k + 1 == n);
       // |n - m|^2 = 2 - 2 cos.
-      bend[k] = rim ? 0.0F
-                    : (normal[k] - normal[k == 0 ? triangles - 1 : k - 1]).squaredNorm();
+      bend[k] = rim ? 0.0F : (normal[k] - normal[k == 0 ? triangles - 1 : k - 1]).squaredNorm();
       sharpest = std::max(sharpest, bend[k]);
     }
     if (!(static_cast<double>(sharpest) >= weak_bend)) {
@@ -161,9 +162,9 @@ TileFeatures FeatureSet::of_tile(const TileExtent& extent,
       const bool own = id >= extent.first && id < extent.first + extent.owned;
       out.neighbor.push_back(
           own ? static_cast<std::uint32_t>(id - extent.first)
-              : extent.owned + static_cast<std::uint32_t>(
-                                   std::lower_bound(halo_ids.begin(), halo_ids.end(), id) -
-                                   halo_ids.begin()));
+              : extent.owned +
+                    static_cast<std::uint32_t>(
+                        std::lower_bound(halo_ids.begin(), halo_ids.end(), id) - halo_ids.begin()));
     }
     out.marks.push_back(m);
   }
@@ -209,7 +210,8 @@ std::vector<std::array<std::uint32_t, 2>> FeatureSet::tile_creases(const TileMes
 
 FeatureSet find_features(Store& store, const ScanMesh& mesh, const FeatureOptions& options,
                          TaskGraph& tasks) {
-  const double weak = exact::sincos(0.5 * kWeakShare * options.crease_degrees / 180.0 * exact::kPi).sin;
+  const double weak =
+      exact::sincos(0.5 * kWeakShare * options.crease_degrees / 180.0 * exact::kPi).sin;
   const double strong = exact::sincos(0.5 * options.crease_degrees / 180.0 * exact::kPi).sin;
   FeatureBuilder builder(options, 4.0 * strong * strong);
   run_pass<State>(

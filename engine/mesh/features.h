@@ -38,9 +38,9 @@ struct FeatureEdge {
 
 /// A vertex of a tile on feature curves.
 struct FeatureMark {
-  std::uint32_t vertex = 0;      ///< local, owned
-  std::uint32_t neighbors = 0;   ///< along curves
-  std::uint32_t first = 0;       ///< into TileFeatures::neighbor
+  std::uint32_t vertex = 0;     ///< local, owned
+  std::uint32_t neighbors = 0;  ///< along curves
+  std::uint32_t first = 0;      ///< into TileFeatures::neighbor
   bool corner = false;
 };
 
@@ -78,9 +78,9 @@ class FeatureSet {
   friend class FeatureBuilder;
   std::vector<FeatureEdge> edges_;
   std::vector<std::uint64_t> corners_;
-  std::vector<std::uint64_t> vertices_;    ///< ascending
-  std::vector<std::uint32_t> first_;       ///< vertices + 1, into neighbors_
-  std::vector<std::uint64_t> neighbors_;   ///< global ids, ascending for each vertex
+  std::vector<std::uint64_t> vertices_;   ///< ascending
+  std::vector<std::uint32_t> first_;      ///< vertices + 1, into neighbors_
+  std::vector<std::uint64_t> neighbors_;  ///< global ids, ascending for each vertex
   std::uint64_t crease_edges_ = 0;
   std::uint32_t curves_ = 0;
 };

@@ -16,12 +16,12 @@ inline constexpr SystemFields<PairBlock> kPhaseSystem{
 /// With feature curves and an odd number of lines a period: pinned vertices (VertexFrame::pins) are
 /// pulled to a line.
 inline constexpr SystemFields<PairBlock> kPulledPhaseSystem{
-    kRowBegin, kNeighbor, {"param/coefficient"}, kDiagonal, {}, {"param/pull"}, kPhase,
-    {"param/pin"}};
+    kRowBegin,      kNeighbor, {"param/coefficient"}, kDiagonal, {},
+    {"param/pull"}, kPhase,    {"param/pin"}};
 /// With an even number: rows of pinned vertices have edges to themselves.
 inline constexpr SystemFields<PairBlock> kPinnedPhaseSystem{
-    {"param/row_begin"}, {"param/neighbor"}, {"param/coefficient"},  kDiagonal, {}, {},
-    kPhase,              {"param/pin"}};
+    {"param/row_begin"}, {"param/neighbor"}, {"param/coefficient"}, kDiagonal, {}, {}, kPhase,
+    {"param/pin"}};
 }  // namespace fields
 
 /// C_ij = w T_ij from the edge's gauge along i -> j.
@@ -51,8 +51,8 @@ inline PairValue apply(const PairBlock::Coefficient& c, const PairValue& x) {
 /// `omega`: the period, a length.
 void assemble_phase(Store& store, const ScanMesh& mesh, double omega, TaskGraph& tasks);
 
-/// The same for kPulledPhaseSystem: adds p |U - 1|^2 for every U pinned, likewise for V, which holds
-/// their angles at 0.
+/// The same for kPulledPhaseSystem: adds p |U - 1|^2 for every U pinned, likewise for V, which
+/// holds their angles at 0.
 void assemble_pulled_phase(Store& store, const ScanMesh& mesh, double omega, TaskGraph& tasks);
 
 /// The same for kPinnedPhaseSystem: adds p Im(U)^2 for every U pinned, likewise for V, which holds

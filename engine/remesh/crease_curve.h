@@ -38,8 +38,8 @@ inline constexpr std::uint32_t kNoCurve = 0xffffffffU;
 struct CreaseVertices {
   /// Its two neighbours along the crease, for vertices inside one; unspecified for others.
   std::vector<std::array<std::uint32_t, 2>> neighbors;
-  std::vector<std::uint8_t> degree;   ///< feature edges at the vertex, at most 255
-  std::vector<std::uint32_t> curve;   ///< to slide along; kNoCurve unless the degree is two
+  std::vector<std::uint8_t> degree;  ///< feature edges at the vertex, at most 255
+  std::vector<std::uint32_t> curve;  ///< to slide along; kNoCurve unless the degree is two
 };
 
 /// From PolygonMesh::feature_edges. Chains of edges between vertices that are corners or of another

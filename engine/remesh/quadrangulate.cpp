@@ -132,8 +132,8 @@ PolygonMesh subdivide_to_quads(PolygonMesh&& mesh) {
     const Vec3d p = 0.5 * (fine.positions[a.low] + fine.positions[a.high]);
     const bool feature =
         std::binary_search(features.begin(), features.end(), std::array{a.low, a.high});
-    const std::uint32_t v = add(
-        p, a.low, j - i == 1 ? kBoundaryVertex : (feature ? kFeatureVertex : std::uint8_t{0}));
+    const std::uint32_t v =
+        add(p, a.low, j - i == 1 ? kBoundaryVertex : (feature ? kFeatureVertex : std::uint8_t{0}));
     if (feature) {
       fine.feature_edges.push_back({a.low, v});
       fine.feature_edges.push_back({a.high, v});
