@@ -18,6 +18,7 @@
 #include "engine/remesh/optimise.h"
 #include "engine/remesh/quadrangulate.h"
 #include "engine/remesh/quality.h"
+#include "engine/remesh/refine_creases.h"
 #include "engine/remesh/topology.h"
 #include "io/remesh/remesh_writer.h"
 #include "io/scan/scan_reader.h"
@@ -202,6 +203,7 @@ class RemeshJob {
   void optimise_positions() {
     projector_.emplace(store_, mesh_, ProjectorOptions{}, tasks_);
     optimise(remesh_, store_, mesh_, *projector_, {.features = field_.features.get()}, tasks_);
+    refine_creases(remesh_, *field_.features, kCreaseTolerance * mesh_.diagonal());
     split_bad_quads(remesh_);
     report_.distance =
         measure_distances(remesh_, store_, mesh_, *projector_, DistanceOptions{}, tasks_);
@@ -275,6 +277,8 @@ class RemeshJob {
 
   // Singularities and boundaries take a little of the faces away.
   static constexpr double kFirstGuess = 0.99;
+  // Sharp edges come back within a thousandth of the scan's diagonal.
+  static constexpr double kCreaseTolerance = 0.9e-3;
 
   RemeshReport report_;
   const RemeshOptions& options_;

@@ -183,7 +183,8 @@ class Features(unittest.TestCase):
         scan = self.written(box(size, (36, 24, 12)))
         for faces in (150, 400):
             with self.subTest(faces=faces):
-                _, (w, g), report = self.check(scan, "--faces", faces, within=1e-6)
+                _, (w, g), report = self.check(scan, "--faces", faces, "--density", 1,
+                                               within=1e-6)
                 corners = [(x, y, z) for x in (0, 3) for y in (0, 2) for z in (0, 1)]
                 self.assert_kept(corners, w, 1e-6)
                 self.assertEqual(report["output"]["triangles"], 0)
@@ -207,7 +208,7 @@ class Features(unittest.TestCase):
 
     def test_plate_with_hole(self):
         scan = self.written(l_plate(24))
-        _, (w, _), report = self.check(scan, "--faces", 250, within=1e-6)
+        _, (w, _), report = self.check(scan, "--faces", 250, "--density", 1, within=1e-6)
         corners = [(0, 0, 0), (2, 0, 0), (2, 1, 0), (1, 1, 0), (1, 2, 0), (0, 2, 0)]
         corners += [(x, y, 0) for x in (0.25, 0.75) for y in (0.25, 0.75)]
         self.assert_kept(corners, w, 1e-6)
@@ -215,7 +216,7 @@ class Features(unittest.TestCase):
 
     def test_block_with_concave_edge(self):
         scan = self.written(l_block(12))
-        _, (w, _), report = self.check(scan, "--faces", 350, within=1e-6)
+        _, (w, _), report = self.check(scan, "--faces", 350, "--density", 1, within=1e-6)
         corners = [(x, y, z) for z in (0, 1)
                    for x, y in ((0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2))]
         self.assert_kept(corners, w, 1e-6)
