@@ -17,6 +17,7 @@
 #include "engine/remesh/optimise.h"
 #include "engine/remesh/quadrangulate.h"
 #include "engine/remesh/quality.h"
+#include "engine/remesh/refine_creases.h"
 #include "engine/remesh/topology.h"
 #include "engine/remesh/vertex_colours.h"
 #include "io/remesh/remesh_writer.h"
@@ -161,6 +162,9 @@ class RemeshJob {
     options.symmetry = static_cast<Symmetry>(options_.symmetry);
     options.smoothing = options_.smoothing;
     options.curl_power = options_.curl_correction ? 1.0 : 0.2;
+    options.features.creases = options_.crease > 0.0;
+    options.features.crease_degrees = options_.crease;
+    options.pin_features = options_.field.empty();
     field_ = compute_field(store_, mesh_, options, tasks_, owner_ ? &field_ : nullptr);
     store_.complete_stage("field");
   }
@@ -204,6 +208,7 @@ class RemeshJob {
     clock_.run("parameterize", [&] {
       ParamOptions options;
       options.omega = omega_;
+      options.density = options_.density;
       options.solve.newton_steps = options_.newton_steps;
       options.reference = options_.solver == SolverKind::kReference;
       phase_report_ = parameterize(store_, mesh_, field_, options, tasks_);
@@ -213,8 +218,9 @@ class RemeshJob {
 
   PolygonMesh extract_quads() {
     CellComplex cells = clock_.run("extract", [&] {
-      return extract_cells(store_, mesh_, {.omega = omega_, .density = density_}, tasks_,
-                           arrangement_);
+      return extract_cells(
+          store_, mesh_, {.omega = omega_, .density = density_, .features = field_.features.get()},
+          tasks_, arrangement_);
     });
     return clock_.run("quadrangulate", [&] {
       QuadrangulateReport report;
@@ -227,10 +233,13 @@ class RemeshJob {
 
   void optimise_positions() {
     projector_.emplace(store_, mesh_, ProjectorOptions{}, tasks_);
-    optimise(remesh_, store_, mesh_, *projector_, OptimiseOptions{}, tasks_);
+    OptimiseOptions options;
+    options.features = field_.features.get();
+    optimise(remesh_, store_, mesh_, *projector_, options, tasks_);
     if (options_.pure_quads) {
       mend_quads();
     } else {
+      refine_creases(remesh_, *field_.features, kCreaseTolerance * mesh_.diagonal());
       split_bad_quads(remesh_, kLeastJacobian);
     }
     report_.distance =
@@ -248,6 +257,7 @@ class RemeshJob {
     PolygonMesh mended = fewest > 0 ? remesh_ : PolygonMesh();
     for (int round = 0; round < kRounds && fewest > 0; ++round) {
       OptimiseOptions options;
+      options.features = field_.features.get();
       if (round == 0) {
         options.steps = 0;
         options.relocate = false;
@@ -372,6 +382,9 @@ class RemeshJob {
   // A quad with a corner of more than 143 degrees or less than 37 does better as two triangles: a
   // few in a thousand are.
   static constexpr double kLeastJacobian = 0.6;
+  // Sharp edges come back within a thousandth of the scan's diagonal.
+  static constexpr double kCreaseTolerance = 0.9e-3;
+
   RemeshReport report_;
   const RemeshOptions options_;
   const std::vector<std::string> names_;     ///< one a size

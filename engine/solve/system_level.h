@@ -71,13 +71,17 @@ struct TileSystem {
   ChunkView<std::uint32_t> neighbor;
   ChunkView<Coefficient<Block>> coefficient;
   ChunkView<float> diagonal, fit;
+  ChunkView<std::array<float, 2>> part_diagonal;
   ChunkView<Value<Block>> rhs;
   ChunkView<CoarseTerm<Block>> term;
   ChunkView<std::uint32_t> halo_slots, border;
   ChunkView<std::uint32_t> parent, tree;  ///< load_links
 
   float stiffness(std::uint32_t i, std::size_t part) const {
-    return term.size() != 0 ? term[i].stiffness[part] : diagonal[i];
+    if (term.size() != 0) {
+      return term[i].stiffness[part];
+    }
+    return part_diagonal.size() != 0 ? diagonal[i] + part_diagonal[i][part] : diagonal[i];
   }
   float fit_of(std::uint32_t i) const {
     return term.size() != 0 ? term[i].fit : (fit.size() != 0 ? fit[i] : 0.0F);
@@ -94,6 +98,9 @@ struct TileSystem {
     coefficient = read(*s.store, s.coefficient, t);
     if (s.finest != nullptr) {
       diagonal = read(*s.store, s.finest->diagonal, t);
+      if (!s.finest->part_diagonal.name.empty()) {
+        part_diagonal = read(*s.store, s.finest->part_diagonal, t);
+      }
       if (!s.finest->fit.name.empty()) {
         fit = read(*s.store, s.finest->fit, t);
       }
