@@ -278,7 +278,7 @@ class RemeshJob {
   // Singularities and boundaries take a little of the faces away.
   static constexpr double kFirstGuess = 0.99;
   // Sharp edges come back within a thousandth of the scan's diagonal.
-  static constexpr double kCreaseTolerance = 0.95e-3;
+  static constexpr double kCreaseTolerance = 0.85e-3;
 
   RemeshReport report_;
   const RemeshOptions& options_;
