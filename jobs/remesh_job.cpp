@@ -383,7 +383,7 @@ class RemeshJob {
   // few in a thousand are.
   static constexpr double kLeastJacobian = 0.6;
   // Sharp edges come back within a thousandth of the scan's diagonal.
-  static constexpr double kCreaseTolerance = 0.9e-3;
+  static constexpr double kCreaseTolerance = 0.85e-3;
 
   RemeshReport report_;
   const RemeshOptions options_;

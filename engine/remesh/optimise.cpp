@@ -39,6 +39,8 @@ constexpr double kLift = 1.0 / 6.0;
 // on a smooth surface: no lift there.
 constexpr double kCrease = 0.1;
 constexpr int kStepsPerNormal = 2;
+// Of the scan's diagonal: how far a vertex may leave its crease.
+constexpr double kMostOffCrease = 0.8e-3;
 constexpr std::uint32_t kNoLoop = kNoVertex;
 
 enum class Motion : std::uint8_t { kFree, kBoundary, kAlongCrease, kFixed };
@@ -459,6 +461,7 @@ class Optimiser {
   /// leave half of the deviation. On a circle the umbrella vector is four times that of a chord.
   void bend_creases() {
     checkpoint_ = mesh_.positions;
+    const double longest = kMostOffCrease * scan_.diagonal();
     for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v) {
       if (motion_[v] == Motion::kAlongCrease) {
         const auto& [before, after] = crease_.neighbors[v];
@@ -468,7 +471,8 @@ class Optimiser {
         if (length2 > 0.0) {
           umbrella -= umbrella.dot(chord) / length2 * chord;
         }
-        mesh_.positions[v] -= 0.125 * umbrella;
+        const double lift = 0.125 * umbrella.norm();
+        mesh_.positions[v] -= 0.125 * std::min(1.0, longest / std::max(lift, 1e-300)) * umbrella;
       }
     }
     revert_degraded(checkpoint_);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "engine/remesh/refine_creases.h"
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -12,7 +13,7 @@ namespace rattan {
 
 namespace {
 
-constexpr int kRounds = 2;
+constexpr int kRounds = 3;
 /// Edges shorter than this many tolerances stay whole.
 constexpr double kShortest = 6.0;
 
@@ -33,7 +34,11 @@ std::vector<Division> find_divisions(const PolygonMesh& mesh, const CreaseCurve&
                                 : at.curve[v] != kNoCurve ? at.curve[v]
                                                           : creases.nearest_curve(middle);
     const Vec3d on = creases.closest(middle, curve);
-    const double off = (on - middle).norm();
+    double off = 0.0;
+    for (const double t : {0.25, 0.5, 0.75}) {
+      const Vec3d x = p + t * (q - p);
+      off = std::max(off, (creases.closest(x, curve) - x).norm());
+    }
     const double length = (q - p).norm();
     if (off > tolerance && off < 0.5 * length && length > kShortest * tolerance) {
       out.push_back({u, v, on});
