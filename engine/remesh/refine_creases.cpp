@@ -7,6 +7,7 @@
 
 #include "engine/remesh/cell_map.h"
 #include "engine/remesh/crease_curve.h"
+#include "engine/remesh/repair.h"
 #include "engine/remesh/split_cells.h"
 
 namespace rattan {
@@ -70,6 +71,7 @@ std::uint64_t refine_creases(PolygonMesh& mesh, const FeatureSet& features, doub
       }
     }
     split_cells(map);
+    repair(map);
     mesh = map.to_mesh();
   }
   return added;
