@@ -164,7 +164,6 @@ class RemeshJob {
     options.curl_power = options_.curl_correction ? 1.0 : 0.2;
     options.features.creases = options_.crease > 0.0;
     options.features.crease_degrees = options_.crease;
-    options.pin_features = options_.field.empty();
     field_ = compute_field(store_, mesh_, options, tasks_, owner_ ? &field_ : nullptr);
     store_.complete_stage("field");
   }

@@ -259,7 +259,8 @@ void write_frames(Store& store, const ScanMesh& mesh, const SmoothingOptions& op
     ChunkView<std::uint64_t> halo_ids;
     std::vector<VertexFrame> frames;
   };
-  const bool features = follows_features(options);
+  // Directions that come with the scan count for more than its curves.
+  const bool features = follows_features(options) && !has_wanted_directions(store);
   const int n = static_cast<int>(options.symmetry);
   BoardWriter<VertexFrame> writer(fields::kFrame, mesh.layout);
   run_pass<FrameState>(

@@ -83,7 +83,7 @@ void smooth_field(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskG
   smoothing.floor_curvature = 1.0 / std::max(kFlatEdges * mesh.mean_edge_length, 1e-30);
   smoothing.align_boundary = options.align_boundary;
   smoothing.features = field.features.get();
-  smoothing.pin = options.pin_features && !options.reference;
+  smoothing.pin = options.pin_features;
   assemble_smoothing(store, mesh, smoothing, tasks);
   field.reports.push_back(solve(store, mesh, fields::kSmoothingSystem, field,
                                 options.smoothing_solve, options.reference, "smoothing", tasks));
@@ -106,7 +106,7 @@ void correct_curl(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskG
 
 SolveReport parameterize(Store& store, const ScanMesh& mesh, const SurfaceField& field,
                          const ParamOptions& options, TaskGraph& tasks) {
-  const bool pinned = field.features != nullptr && !field.features->empty() && !options.reference;
+  const bool pinned = field.features != nullptr && !field.features->empty();
   const bool pulled = pinned && options.density % 2 == 1;
   const SystemFields<PairBlock>& system =
       pulled ? fields::kPulledPhaseSystem

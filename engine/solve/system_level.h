@@ -86,6 +86,19 @@ struct TileSystem {
   float fit_of(std::uint32_t i) const {
     return term.size() != 0 ? term[i].fit : (fit.size() != 0 ? fit[i] : 0.0F);
   }
+  /// What the fit and the part's own diagonal pull to costs |b|^2 / weight by itself: with it the
+  /// energy of a target met is zero. Finest level only.
+  double target_energy(std::uint32_t i) const {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < BlockOps<Block>::kReals && rhs.size() != 0; ++k) {
+      const std::size_t part = k * BlockOps<Block>::kParts / BlockOps<Block>::kReals;
+      const double weight = static_cast<double>(fit_of(i)) +
+                            (part_diagonal.size() != 0 ? part_diagonal[i][part] : 0.0F);
+      const double b = reals<Block>(rhs[i])[k];
+      sum += weight > 0.0 ? b * b / weight : 0.0;
+    }
+    return sum;
+  }
   float count(std::uint32_t i) const { return term.size() != 0 ? term[i].count : 1.0F; }
   Value<Block> rhs_of(std::uint32_t i) const {
     return term.size() != 0 ? term[i].rhs : (rhs.size() != 0 ? rhs[i] : zero_value<Block>());
