@@ -36,8 +36,8 @@ inline constexpr SystemFields<ComplexBlock> kSmoothingSystem{
 
 /// One pass: writes coefficient, fit and rhs of kSmoothingSystem from kNormal, kCurvature,
 /// kSmoothPosition and the graph. Directions that come with the scan (kWantedDirection) take the
-/// place of curvature everywhere, and of the boundary where they say something. Returns the sum of d_i over the scan: 0 if nothing says where to
-/// point, as on a plane without boundary alignment.
+/// place of curvature everywhere, and of the boundary where they say something. Returns the sum of
+/// d_i over the scan: 0 if nothing says where to point, as on a plane without boundary alignment.
 double assemble_smoothing(Store& store, const ScanMesh& mesh, const SmoothingOptions& options,
                           TaskGraph& tasks);
 

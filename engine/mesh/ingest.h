@@ -96,7 +96,7 @@ class Ingest final : public ScanSink {
   std::uint64_t triangles_ = 0;
   std::uint64_t non_finite_ = 0;
   Spool<Vec3d> positions_;
-  Spool<Rgba> colours_;  ///< empty, or one a vertex
+  Spool<Rgba> colours_;                ///< empty, or one a vertex
   Spool<VertexDirection> directions_;  ///< empty, or one a vertex
   /// Triangles as long as every index fits 32 bits, and all after the first that doesn't.
   Spool<std::array<std::uint32_t, 3>> narrow_;

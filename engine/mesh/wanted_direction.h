@@ -8,8 +8,8 @@
 
 namespace rattan {
 
-/// What a vertex' direction in the field should be: a vector of any length, zero for no opinion, and
-/// its fidelity in [0, 1], the weight of PGP 4.2.
+/// What a vertex' direction in the field should be: a vector of any length, zero for no opinion,
+/// and its fidelity in [0, 1], the weight of PGP 4.2.
 struct VertexDirection {
   Vec3f direction{0.0F, 0.0F, 0.0F};
   float fidelity = 1.0F;
