@@ -2,6 +2,7 @@
 #include "jobs/remesh_job.h"
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 
 #include <fmt/format.h>
@@ -175,7 +176,9 @@ class RemeshJob {
       return false;
     }
     density_ = planned.multiple * options_.density;
-    remesh_ = extract_quads();
+    if (!extract_quads(most_faces())) {
+      return false;
+    }
     return meets_target(final_faces(), target_);
   }
 
@@ -183,16 +186,25 @@ class RemeshJob {
   // is made again: report and preview then show the mesh that is written.
   void extract_to_size() {
     SizeSearch search(target_.faces, first_side());
-    double side = 0.0;
+    double made = 0.0;
     while (!search.done()) {
-      side = search.side();
-      remesh_ = quads_at(side);
-      search.tell(final_faces());
+      const double side = search.side();
+      if (quads_at(side, most_faces())) {
+        made = side;
+        search.tell(final_faces());
+      } else {
+        made = 0.0;
+        search.tell(expected_faces_);
+      }
     }
-    if (search.best_side() != side) {
-      remesh_ = quads_at(search.best_side());
+    if (search.best_side() != made) {
+      quads_at(search.best_side(), std::numeric_limits<double>::infinity());
     }
   }
+
+  // On spikes much thinner than a quad, lines cross each other thousands of times more often than
+  // the area says. A try this far off only has to say so: its faces needn't be made.
+  double most_faces() const { return 2e4 + 8.0 * target_.faces; }
 
   // Lines are laid on the low-passed surface, which is smaller than the scan by as much as there is
   // noise and relief; with its area the first solve meets the count within 2 % on most scans.
@@ -201,7 +213,7 @@ class RemeshJob {
     return target_.quad_side * std::sqrt(std::clamp(share, 0.1, 1.5));
   }
 
-  PolygonMesh quads_at(double side) {
+  bool quads_at(double side, double most) {
     density_ = options_.density;
     omega_ = side * density_;
     clock_.run("parameterize", [&] {
@@ -212,20 +224,26 @@ class RemeshJob {
       options.reference = options_.solver == SolverKind::kReference;
       phase_report_ = parameterize(store_, mesh_, field_, options, tasks_);
     });
-    return extract_quads();
+    return extract_quads(most);
   }
 
-  PolygonMesh extract_quads() {
+  // Makes remesh_, unless more than `most` faces are to be expected of the cells.
+  bool extract_quads(double most) {
     CellComplex cells = clock_.run("extract", [&] {
       return extract_cells(
           store_, mesh_, {.omega = omega_, .density = density_, .features = field_.features.get()},
           tasks_, arrangement_);
     });
-    return clock_.run("quadrangulate", [&] {
+    expected_faces_ = expected_faces(cells);
+    if (expected_faces_ > most) {
+      return false;
+    }
+    remesh_ = clock_.run("quadrangulate", [&] {
       QuadrangulateReport report;
       return quadrangulate(std::move(cells),
                            {.side = omega_ / density_, .pure_quads = options_.pure_quads}, report);
     });
+    return true;
   }
 
   double final_faces() const { return static_cast<double>(remesh_.face_count()); }
@@ -403,7 +421,8 @@ class RemeshJob {
   TargetSize target_;
   SurfaceField field_;
   double omega_ = 0.0;
-  int density_ = 2;  ///< lines a period, of the size being made
+  double expected_faces_ = 0.0;  ///< of the cells made last
+  int density_ = 2;              ///< lines a period, of the size being made
   SolveReport phase_report_;
   ArrangementReport arrangement_;
   PolygonMesh remesh_;

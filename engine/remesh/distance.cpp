@@ -217,8 +217,8 @@ DistanceReport measure_distances(const PolygonMesh& remesh, Store& store, const 
     }
   }
   const std::uint64_t vertices = scan.layout.node_count;
-  r.scan_share = static_cast<double>((vertices + options.scan_stride - 1) / options.scan_stride) /
-                 static_cast<double>(vertices);
+  const std::uint64_t measured = (vertices + options.scan_stride - 1) / options.scan_stride;
+  r.scan_share = static_cast<double>(measured) / static_cast<double>(vertices);
   return r;
 }
 

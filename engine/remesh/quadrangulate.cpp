@@ -139,6 +139,15 @@ PolygonMesh quadrangulate(CellComplex&& cells, const QuadrangulateOptions& optio
   return mesh;
 }
 
+double expected_faces(const CellComplex& cells) {
+  std::uint64_t halves = 0;
+  for (std::size_t f = 0; f < cells.mesh.face_count(); ++f) {
+    const std::uint64_t n = cells.mesh.degree(f);
+    halves += n < 3 ? 0 : std::max<std::uint64_t>(n - 2, 2);
+  }
+  return std::max(1.0, 0.5 * static_cast<double>(halves));
+}
+
 PolygonMesh subdivide_to_quads(PolygonMesh&& mesh, std::span<const std::uint8_t> chosen) {
   const bool origins = !mesh.scan_triangle.empty();
   const std::vector<FaceSide> sides = sorted_sides(mesh);

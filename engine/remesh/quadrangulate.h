@@ -50,6 +50,10 @@ struct QuadrangulateReport {
 PolygonMesh quadrangulate(CellComplex&& cells, const QuadrangulateOptions& options,
                           QuadrangulateReport& report, std::span<const Vec3d> normals = {});
 
+/// About how many faces quadrangulate() makes of these cells: one a quad or triangle, (n - 2) / 2
+/// of n corners. At least one.
+double expected_faces(const CellComplex& cells);
+
 /// Divides each face around its centre into quads, one a corner, with a new vertex on each edge.
 /// Keeps every guarantee above. `chosen`: one a face, 0 for those to leave as they are; alike in a
 /// component, or empty for all.

@@ -15,6 +15,7 @@ constexpr std::size_t kGrain = 32;
 /// Cells of more corners are cut first: planning grows with the fourth power, and so large ones are
 /// found only where the surface is much thinner than a quad.
 constexpr std::size_t kCutAbove = 24;
+constexpr std::size_t kCutDownTo = 12;
 constexpr std::size_t kManyCorners = 400;
 constexpr std::size_t kOpposite = 20;
 /// Less than kValenceCost, as the neighbouring cells will change the valences too.
@@ -70,15 +71,17 @@ PolygonSplit plan(const CellMap& map, std::span<const std::uint32_t> halves,
   return {};
 }
 
-/// Short and balanced diagonals until no part of the cell has more than kCutAbove corners. A
-/// part without an allowed diagonal is inset: its inner polygon has fresh vertices. Returns insets.
+/// If the cell has more than kCutAbove corners: short and balanced diagonals until no part has more
+/// than kCutDownTo. A part without an allowed diagonal is inset: its inner polygon has fresh
+/// vertices. Returns insets.
 std::uint64_t cut_large(CellMap& map, std::uint32_t face, std::vector<std::uint32_t>& ready) {
   std::vector<std::uint32_t> todo{face}, halves;
+  const std::size_t most = map.degree(face) > kCutAbove ? kCutDownTo : kCutAbove;
   std::uint64_t insets = 0;
   while (!todo.empty()) {
     const std::uint32_t f = todo.back();
     todo.pop_back();
-    if (map.degree(f) <= kCutAbove) {
+    if (map.degree(f) <= most) {
       ready.push_back(f);
       continue;
     }

@@ -61,6 +61,7 @@ CellComplex complex_of(
 TEST(Quadrangulate, GridsSurviveUnchanged) {
   for (const PolygonMesh& mesh : {grid(5, 4), slab(1), grid(1, 1)}) {
     QuadrangulateReport report;
+    EXPECT_EQ(expected_faces(to_complex(mesh)), static_cast<double>(mesh.face_count()));
     const PolygonMesh result = run(to_complex(mesh), report);
     EXPECT_EQ(result.face_count(), mesh.face_count());
     EXPECT_EQ(result.vertex_count(), mesh.vertex_count());
@@ -370,7 +371,9 @@ TEST(Quadrangulate, HugeFacesAreDivided) {
     }
   }
   QuadrangulateReport report;
-  const PolygonMesh mesh = run(to_complex(map, rng), report);
+  CellComplex cells = to_complex(map, rng);
+  EXPECT_GE(expected_faces(cells), 79.0);
+  const PolygonMesh mesh = run(std::move(cells), report);
   expect_kept(map.counts(), mesh);
   EXPECT_GE(measure_quality(mesh).quad_share, 0.9);
 }
