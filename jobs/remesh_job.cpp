@@ -18,6 +18,7 @@
 #include "engine/remesh/quadrangulate.h"
 #include "engine/remesh/quality.h"
 #include "engine/remesh/refine_creases.h"
+#include "engine/remesh/refine_loops.h"
 #include "engine/remesh/topology.h"
 #include "engine/remesh/vertex_colours.h"
 #include "io/remesh/remesh_writer.h"
@@ -177,7 +178,7 @@ class RemeshJob {
     }
     density_ = planned.multiple * options_.density;
     remesh_ = extract_quads();
-    return meets_target(final_faces(), target_);
+    return meets_target(expected_faces(), target_);
   }
 
   // The fields of a try replace those of the one before, so where an earlier one was the best, it
@@ -188,7 +189,7 @@ class RemeshJob {
     while (!search.done()) {
       side = search.side();
       remesh_ = quads_at(side);
-      search.tell(final_faces());
+      search.tell(expected_faces());
     }
     if (search.best_side() != side) {
       remesh_ = quads_at(search.best_side());
@@ -224,12 +225,38 @@ class RemeshJob {
     });
     return clock_.run("quadrangulate", [&] {
       QuadrangulateReport report;
-      return quadrangulate(std::move(cells),
-                           {.side = omega_ / density_, .pure_quads = options_.pure_quads}, report);
+      PolygonMesh mesh = quadrangulate(
+          std::move(cells), {.side = omega_ / density_, .pure_quads = options_.pure_quads}, report);
+      if (keeps_loops()) {
+        if (!curve_) {
+          curve_.emplace(store_, mesh_, tasks_);
+          loops_.emplace(*curve_);
+        }
+        reshape_short_loops(mesh, *curve_, *loops_, kShortLoop * target_.quad_side,
+                            kCurveTolerance * mesh_.diagonal());
+      }
+      return mesh;
     });
   }
 
+  bool keeps_loops() const { return !options_.pure_quads && mesh_.topology.boundary_loops > 0; }
+
   double final_faces() const { return static_cast<double>(remesh_.face_count()); }
+
+  // What dividing the curves will leave once vertices are in their places: bending creases outwards
+  // halves their distance.
+  double expected_faces() const {
+    if (options_.pure_quads) {
+      return final_faces();
+    }
+    PolygonMesh copy = remesh_;
+    const double tolerance = kCurveTolerance * mesh_.diagonal();
+    refine_creases(copy, *field_.features, 2.0 * tolerance);
+    if (keeps_loops()) {
+      refine_loops(copy, *curve_, *loops_, tolerance);
+    }
+    return static_cast<double>(copy.face_count());
+  }
 
   void optimise_positions() {
     projector_.emplace(store_, mesh_, ProjectorOptions{}, tasks_);
@@ -239,7 +266,10 @@ class RemeshJob {
     if (options_.pure_quads) {
       mend_quads();
     } else {
-      refine_creases(remesh_, *field_.features, kCreaseTolerance * mesh_.diagonal());
+      refine_creases(remesh_, *field_.features, kCurveTolerance * mesh_.diagonal());
+      if (keeps_loops()) {
+        refine_loops(remesh_, *curve_, *loops_, kCurveTolerance * mesh_.diagonal());
+      }
       split_bad_quads(remesh_, kLeastJacobian);
     }
     report_.distance =
@@ -382,8 +412,10 @@ class RemeshJob {
   // A quad with a corner of more than 143 degrees or less than 37 does better as two triangles: a
   // few in a thousand are.
   static constexpr double kLeastJacobian = 0.6;
-  // Sharp edges come back within a thousandth of the scan's diagonal.
-  static constexpr double kCreaseTolerance = 0.85e-3;
+  // Sharp edges and smooth boundaries come back within a thousandth of the scan's diagonal.
+  static constexpr double kCurveTolerance = 0.85e-3;
+  // Boundary loops shorter than this, in quad sides, aren't features of the field.
+  static constexpr double kShortLoop = 6.0;
 
   RemeshReport report_;
   const RemeshOptions options_;
@@ -408,6 +440,8 @@ class RemeshJob {
   SolveReport phase_report_;
   ArrangementReport arrangement_;
   PolygonMesh remesh_;
+  std::optional<BoundaryCurve> curve_;  ///< of the scan, once it is needed
+  std::optional<BoundaryLoops> loops_;
   std::optional<SurfaceProjector> projector_;
 };
 
