@@ -19,6 +19,7 @@
 #include "engine/remesh/quadrangulate.h"
 #include "engine/remesh/quality.h"
 #include "engine/remesh/refine_creases.h"
+#include "engine/remesh/refine_loops.h"
 #include "engine/remesh/topology.h"
 #include "engine/remesh/vertex_colours.h"
 #include "io/remesh/remesh_writer.h"
@@ -179,7 +180,7 @@ class RemeshJob {
     if (!extract_quads(most_faces())) {
       return false;
     }
-    return meets_target(final_faces(), target_);
+    return meets_target(refined_faces(), target_);
   }
 
   // The fields of a try replace those of the one before, so where an earlier one was the best, it
@@ -191,7 +192,7 @@ class RemeshJob {
       const double side = search.side();
       if (quads_at(side, most_faces())) {
         made = side;
-        search.tell(final_faces());
+        search.tell(refined_faces());
       } else {
         made = 0.0;
         search.tell(expected_faces_);
@@ -240,13 +241,39 @@ class RemeshJob {
     }
     remesh_ = clock_.run("quadrangulate", [&] {
       QuadrangulateReport report;
-      return quadrangulate(std::move(cells),
-                           {.side = omega_ / density_, .pure_quads = options_.pure_quads}, report);
+      PolygonMesh mesh = quadrangulate(
+          std::move(cells), {.side = omega_ / density_, .pure_quads = options_.pure_quads}, report);
+      if (keeps_loops()) {
+        if (!curve_) {
+          curve_.emplace(store_, mesh_, tasks_);
+          loops_.emplace(*curve_);
+        }
+        reshape_short_loops(mesh, *curve_, *loops_, kShortLoop * target_.quad_side,
+                            kCurveTolerance * mesh_.diagonal());
+      }
+      return mesh;
     });
     return true;
   }
 
+  bool keeps_loops() const { return !options_.pure_quads && mesh_.topology.boundary_loops > 0; }
+
   double final_faces() const { return static_cast<double>(remesh_.face_count()); }
+
+  // What dividing the curves will leave once vertices are in their places: bending creases outwards
+  // halves their distance.
+  double refined_faces() const {
+    if (options_.pure_quads || field_.features->empty()) {
+      return final_faces();
+    }
+    PolygonMesh copy = remesh_;
+    const double tolerance = kCurveTolerance * mesh_.diagonal();
+    refine_creases(copy, *field_.features, 2.0 * tolerance);
+    if (keeps_loops()) {
+      refine_loops(copy, *curve_, *loops_, tolerance);
+    }
+    return static_cast<double>(copy.face_count());
+  }
 
   void optimise_positions() {
     projector_.emplace(store_, mesh_, ProjectorOptions{}, tasks_);
@@ -256,7 +283,10 @@ class RemeshJob {
     if (options_.pure_quads) {
       mend_quads();
     } else {
-      refine_creases(remesh_, *field_.features, kCreaseTolerance * mesh_.diagonal());
+      refine_creases(remesh_, *field_.features, kCurveTolerance * mesh_.diagonal());
+      if (keeps_loops()) {
+        refine_loops(remesh_, *curve_, *loops_, kCurveTolerance * mesh_.diagonal());
+      }
       split_bad_quads(remesh_, kLeastJacobian);
     }
     report_.distance =
@@ -399,8 +429,10 @@ class RemeshJob {
   // A quad with a corner of more than 143 degrees or less than 37 does better as two triangles: a
   // few in a thousand are.
   static constexpr double kLeastJacobian = 0.6;
-  // Sharp edges come back within a thousandth of the scan's diagonal.
-  static constexpr double kCreaseTolerance = 0.85e-3;
+  // Sharp edges and smooth boundaries come back within a thousandth of the scan's diagonal.
+  static constexpr double kCurveTolerance = 0.85e-3;
+  // Boundary loops shorter than this, in quad sides, aren't features of the field.
+  static constexpr double kShortLoop = 6.0;
 
   RemeshReport report_;
   const RemeshOptions options_;
@@ -426,6 +458,8 @@ class RemeshJob {
   SolveReport phase_report_;
   ArrangementReport arrangement_;
   PolygonMesh remesh_;
+  std::optional<BoundaryCurve> curve_;  ///< of the scan, once it is needed
+  std::optional<BoundaryLoops> loops_;
   std::optional<SurfaceProjector> projector_;
 };
 

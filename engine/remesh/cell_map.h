@@ -61,6 +61,7 @@ class CellMap {
   bool is_feature(std::uint32_t h) const { return feature_[h >> 1] != 0; }
   void set_feature(std::uint32_t h, bool feature);
   bool is_corner(std::uint32_t v) const { return (flags_[v] & kCornerVertex) != 0; }
+  void set_corner(std::uint32_t v) { flags_[v] |= kCornerVertex; }
   const Vec3d& position(std::uint32_t v) const { return positions_[v]; }
   void set_position(std::uint32_t v, const Vec3d& p) { positions_[v] = p; }
   const Vec3d& normal(std::uint32_t v) const { return normals_[v]; }
