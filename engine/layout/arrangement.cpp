@@ -90,7 +90,8 @@ class Extraction {
     o.frames = {};
     o.phases = {};
     const std::vector<PointKey>& cuts = tile_cuts_[tile.value];
-    o.arrangement = arrange_tile(o.mesh, o.coordinates, options_.density, cuts);
+    o.arrangement =
+        arrange_tile(o.mesh, o.coordinates, options_.density, cuts, options_.most_crossings);
     o.traced = trace_tile(o.arrangement, cuts, trace_);
   }
 

@@ -111,8 +111,9 @@ struct TileArrangement {
 };
 
 /// `density`: lines a period. `cuts`: pieces of scan edges, sorted, that belong to the graph.
-/// The result refers to both arguments. Deterministic.
+/// The result refers to both arguments. Deterministic. Throws TooManyCrossings if lines cross each
+/// other, or an edge, more often than `most_crossings`.
 TileArrangement arrange_tile(const TileMesh& mesh, const TileCoordinates& coordinates, int density,
-                             std::span<const PointKey> cuts);
+                             std::span<const PointKey> cuts, std::uint64_t most_crossings);
 
 }  // namespace rattan::layout
