@@ -2,6 +2,7 @@
 #include "jobs/remesh_job.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <optional>
 
@@ -193,9 +194,13 @@ class RemeshJob {
       if (quads_at(side, most_faces())) {
         made = side;
         search.tell(refined_faces());
-      } else {
-        made = 0.0;
+        continue;
+      }
+      made = 0.0;
+      if (std::isfinite(expected_faces_)) {
         search.tell(expected_faces_);
+      } else {
+        search.tell_more_than(most_faces());
       }
     }
     if (search.best_side() != made) {
@@ -230,11 +235,21 @@ class RemeshJob {
 
   // Makes remesh_, unless more than `most` faces are to be expected of the cells.
   bool extract_quads(double most) {
-    CellComplex cells = clock_.run("extract", [&] {
-      return extract_cells(
-          store_, mesh_, {.omega = omega_, .density = density_, .features = field_.features.get()},
-          tasks_, arrangement_);
-    });
+    // A mesh of quads has as many vertices as faces, and each is a crossing.
+    constexpr double kCrossings = 4.0;
+    ArrangementOptions options{
+        .omega = omega_, .density = density_, .features = field_.features.get()};
+    if (std::isfinite(most)) {
+      options.most_crossings = static_cast<std::uint64_t>(kCrossings * most);
+    }
+    CellComplex cells;
+    try {
+      cells = clock_.run(
+          "extract", [&] { return extract_cells(store_, mesh_, options, tasks_, arrangement_); });
+    } catch (const TooManyCrossings&) {
+      expected_faces_ = std::numeric_limits<double>::infinity();
+      return false;
+    }
     expected_faces_ = expected_faces(cells);
     if (expected_faces_ > most) {
       return false;
@@ -453,7 +468,7 @@ class RemeshJob {
   TargetSize target_;
   SurfaceField field_;
   double omega_ = 0.0;
-  double expected_faces_ = 0.0;  ///< of the cells made last
+  double expected_faces_ = 0.0;  ///< of the cells made last; infinite if lines cross too often
   int density_ = 2;              ///< lines a period, of the size being made
   SolveReport phase_report_;
   ArrangementReport arrangement_;

@@ -47,6 +47,12 @@ class SizeSearch {
     }
   }
 
+  /// side() gave more faces than this, and they weren't counted: a much larger side is next.
+  void tell_more_than(double faces) {
+    side_ *= std::max(2.0, std::sqrt(faces / target_));
+    last_side_ = 0.0;
+  }
+
  private:
   static constexpr double kGoodEnough = 1.083;
   static constexpr double kFar = 1.15;

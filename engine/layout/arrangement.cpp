@@ -97,7 +97,8 @@ class Extraction {
     if (options_.features != nullptr) {
       creases = options_.features->tile_creases(o.mesh);
     }
-    o.arrangement = arrange_tile(o.mesh, o.coordinates, options_.density, cuts, creases);
+    o.arrangement = arrange_tile(o.mesh, o.coordinates, options_.density, cuts, creases,
+                                 options_.most_crossings);
     o.traced = trace_tile(o.arrangement, cuts, trace_);
   }
 

@@ -5,7 +5,9 @@
 // surface.
 
 #include <cstdint>
+#include <limits>
 
+#include "engine/core/errors.h"
 #include "engine/core/store.h"
 #include "engine/core/task_graph.h"
 #include "engine/layout/cell_complex.h"
@@ -24,6 +26,16 @@ struct ArrangementOptions {
   double corner_degrees = 50.0;
   /// Its sharp edges become edges of cells; may be null, else outlives the call.
   const FeatureSet* features = nullptr;
+  /// In one tile lines may cross each other so often; more is TooManyCrossings.
+  std::uint64_t most_crossings = std::numeric_limits<std::uint64_t>::max();
+};
+
+/// Lines so close together make a mesh far larger than wanted, or than memory: on triangles much
+/// longer than the period crossings grow with the square of the length. Wider lines will do.
+class TooManyCrossings : public ResourceError {
+ public:
+  TooManyCrossings()
+      : ResourceError("The quads are too small for the scan's longest triangles. Ask for fewer.") {}
 };
 
 struct ArrangementReport {
@@ -40,7 +52,7 @@ struct ArrangementReport {
 /// result is a decomposition of the scan into disks with the scan's Euler characteristic,
 /// components and boundary loops, and does not depend on the tiling or on threads. In memory: the
 /// output several times, and about 70 bytes per edge on the rims of tiles. Throws UsageError for
-/// options out of range, InternalError if the decomposition failed.
+/// options out of range, TooManyCrossings, InternalError if the decomposition failed.
 CellComplex extract_cells(Store& store, const ScanMesh& mesh, const ArrangementOptions& options,
                           TaskGraph& graph, ArrangementReport& report);
 

@@ -7,6 +7,7 @@
 
 #include "engine/core/errors.h"
 #include "engine/core/exact_math.h"
+#include "engine/layout/arrangement.h"
 #include "engine/layout/triangle_arranger.h"
 
 namespace rattan::layout {
@@ -60,7 +61,8 @@ struct FamilyCrossings {
   PointKind falls() const { return g1 < g0 ? 2 : 0; }
 };
 
-void place_points(TileArrangement& a, int density, std::vector<PointKind>& kinds) {
+void place_points(TileArrangement& a, int density, std::uint64_t most_crossings,
+                  std::vector<PointKind>& kinds) {
   const TileCoordinates& c = *a.coordinates;
   const double lines = density / (2.0 * exact::kPi);
   struct Level {
@@ -106,6 +108,9 @@ void place_points(TileArrangement& a, int density, std::vector<PointKind>& kinds
     const std::int64_t n_phi = phi.count();
     if (n_theta + n_phi == 0) {
       continue;
+    }
+    if (static_cast<std::uint64_t>(n_theta + n_phi) > most_crossings) {
+      throw TooManyCrossings();
     }
     ensure(n_theta + n_phi < kMostCrossings, "an edge crosses a bounded number of iso-lines");
     // Merge, ties to theta; equal places inside a family keep their order.
@@ -273,13 +278,14 @@ PointKey TileArrangement::key(std::uint32_t point) const {
 
 TileArrangement arrange_tile(const TileMesh& mesh, const TileCoordinates& coordinates, int density,
                              std::span<const PointKey> cuts,
-                             std::span<const std::array<std::uint32_t, 2>> creases) {
+                             std::span<const std::array<std::uint32_t, 2>> creases,
+                             std::uint64_t most_crossings) {
   TileArrangement a;
   a.mesh = &mesh;
   a.coordinates = &coordinates;
   place_edges(a);
   std::vector<PointKind> kinds;
-  place_points(a, density, kinds);
+  place_points(a, density, most_crossings, kinds);
   ensure(a.point_t.size() < kVertexTag / 4, "a tile's iso-lines fit its numbers");
   const std::size_t pieces = a.point_t.size() + coordinates.edges.size();
   a.left_cell.assign(pieces, kNone);
@@ -292,7 +298,7 @@ TileArrangement arrange_tile(const TileMesh& mesh, const TileCoordinates& coordi
   const std::uint32_t owned = mesh.counts.owned;
   a.cell_begin.assign(owned + 1, 0);
   a.open.assign(owned, 0);
-  TriangleArranger arranger(a, kinds);
+  TriangleArranger arranger(a, kinds, most_crossings);
   for (std::uint32_t t = 0; t < owned; ++t) {
     arranger.arrange(t);
   }

@@ -129,9 +129,11 @@ inline constexpr std::uint8_t kFeaturePiece = 2;
 
 /// `density`: lines a period. `cuts`: pieces of scan edges, sorted, that belong to the graph;
 /// `creases`: scan edges as pairs of local vertices that do so wholly. The result refers to the
-/// first two arguments. Deterministic.
+/// first two arguments. Deterministic. Throws TooManyCrossings if lines cross each other, or an
+/// edge, more often than `most_crossings`.
 TileArrangement arrange_tile(const TileMesh& mesh, const TileCoordinates& coordinates, int density,
                              std::span<const PointKey> cuts,
-                             std::span<const std::array<std::uint32_t, 2>> creases = {});
+                             std::span<const std::array<std::uint32_t, 2>> creases,
+                             std::uint64_t most_crossings);
 
 }  // namespace rattan::layout

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/core/errors.h"
+#include "engine/layout/arrangement.h"
 #include "engine/layout/tile_arrangement.h"
 
 namespace rattan::layout {
@@ -31,8 +32,9 @@ inline PointKind turn_kind(PointKind kind, std::uint32_t r) {
 /// in left_cell, right_cell, cell_begin and open; triangles come in ascending order.
 class TriangleArranger {
  public:
-  TriangleArranger(TileArrangement& a, const std::vector<PointKind>& kinds)
-      : a_(a), kinds_(kinds) {}
+  TriangleArranger(TileArrangement& a, const std::vector<PointKind>& kinds,
+                   std::uint64_t most_crossings)
+      : a_(a), kinds_(kinds), most_crossings_(most_crossings) {}
 
   void arrange(std::uint32_t triangle) {
     const TileCoordinates& c = *a_.coordinates;
@@ -301,6 +303,7 @@ class TriangleArranger {
     } else {
       scan_entries(first_crossing);
     }
+    check_crossings(a_.crossings.size());
     std::uint32_t segments = 0;
     for (std::uint32_t i = 0; i < chords_.size(); ++i) {
       const std::size_t end = i + 1 < chords_.size() ? chords_[i + 1].first_entry : entries_.size();
@@ -329,6 +332,12 @@ class TriangleArranger {
       }
       leave(x.a, 2 * (base + x.first_segment));
       leave(x.b, 2 * (base + x.first_segment + n) + 1);
+    }
+  }
+
+  void check_crossings(std::uint64_t count) const {
+    if (count > most_crossings_) {
+      throw TooManyCrossings();
     }
   }
 
@@ -398,6 +407,7 @@ class TriangleArranger {
       later_begin_[c][1] = static_cast<std::uint32_t>(later_.size());
       behind_[before_[c]] = behind_[c];
       before_[behind_[c]] = before_[c];
+      check_crossings(first_crossing + later_.size());
     }
     for (std::uint32_t c = 0; c < chords; ++c) {
       earlier_begin_[c + 1] += earlier_begin_[c];
@@ -543,6 +553,7 @@ class TriangleArranger {
 
   TileArrangement& a_;
   const std::vector<PointKind>& kinds_;
+  std::uint64_t most_crossings_;
   std::uint32_t triangle_ = 0;
   std::uint32_t first_cell_ = 0;
   std::array<std::uint32_t, 3> edge_{};

@@ -171,7 +171,7 @@ std::unique_ptr<draco::Mesh> decode_draco_mesh(std::string_view bytes, const std
   const auto decode = [&](auto&& decoder) {
     const draco::Status status = decoder.Decode(options, &buffer, mesh.get());
     if (!status.ok()) {
-      const std::string why = status.error_msg_string();
+      const std::string& why = status.error_msg_string();
       throw refuse("Draco cannot decode it" + (why.empty() ? "" : " (" + why + ")"));
     }
   };

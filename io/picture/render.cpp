@@ -193,7 +193,7 @@ class Sampler {
   /// Of the field at a point of a triangle, camera space; zero where there is none.
   Vec3f direction(std::span<const Vec3f> field, const LocalTriangle& t,
                   const std::array<float, 3>& w, const Vec3f& normal) const {
-    const Vec3f first = field[t[0]];
+    const Vec3f& first = field[t[0]];
     Vec3f mean = Vec3f::Zero();
     for (std::size_t k = 0; k < 3; ++k) {
       mean += w[k] * nearest_turn(first, field[t[k]], normal);

@@ -38,7 +38,7 @@ Vec3d origin_of(const draco::Mesh& mesh) {
   const draco::GeometryMetadata* about = mesh.GetMetadata();
   std::vector<double> origin;
   if (about != nullptr && about->GetEntryDoubleArray("origin", &origin) && origin.size() == 3) {
-    const Vec3d point(origin[0], origin[1], origin[2]);
+    Vec3d point(origin[0], origin[1], origin[2]);
     if (point.allFinite()) {
       return point;
     }

@@ -176,6 +176,7 @@ def remeshed_files():
     yield "inf.obj", obj(with_vertex(t, 20, (0.0, INF, 0.0))), (1, 1, -1)
     # Spikes far thinner than a quad, which lines cross thousands of times.
     yield "far.ply", ascii_ply(with_vertex(t, 20, (1e5, 0, 0))), ring
+    yield "far_from_much.ply", binary_ply(with_vertex(torus(120, 60), 20, (1e5, 0, 0))), ring
     yield "1e30.ply", ascii_ply(with_vertex(t, 20, (1e30, 0, 0))), ring
     for size in ("1e30", "1e-30", "1e100"):
         yield f"scale_{size}.obj", obj(moved(t, (float(size),) * 3)), ring

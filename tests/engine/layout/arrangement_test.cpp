@@ -370,6 +370,25 @@ TEST(Arrangement, SurvivesTrianglesWithoutArea) {
   expect_decomposition(m, extract(m, testing::random_fields(m, 9), 1.5, 2, 10).cells);
 }
 
+TEST(Arrangement, GivesUpWhereLinesCrossTooOften) {
+  // Six lines cross five, in triangles with few and with many crossings.
+  IndexedMesh m = testing::grid(12, 10);
+  for (Vec3d& p : m.positions) {
+    p += Vec3d(1, 1, 0);
+  }
+  const Fields fine = testing::linear_fields(m, Vec3d(1, 0, 0), 4.0);
+  EXPECT_EQ(extract(m, fine, 4.0, 2, 1000, 1, 30).cells.mesh.face_count(), 42U);
+  EXPECT_THROW(extract(m, fine, 4.0, 2, 1000, 1, 29), TooManyCrossings);
+  IndexedMesh large = testing::grid(1, 1, 200.0);
+  for (Vec3d& p : large.positions) {
+    p += Vec3d(1, 1, 0);
+  }
+  const Fields wide = testing::linear_fields(large, Vec3d(1, 0, 0), 1000.0);
+  EXPECT_EQ(extract(large, wide, 1000.0, 500, 1000, 1, 10000).report.singularities,
+            SingularityCounts{});
+  EXPECT_THROW(extract(large, wide, 1000.0, 500, 1000, 1, 9999), TooManyCrossings);
+}
+
 TEST(Arrangement, RejectsOptionsOutOfRange) {
   const IndexedMesh m = testing::tetrahedron();
   const Fields f = testing::random_fields(m, 1);

@@ -337,7 +337,7 @@ Fields linear_fields(const IndexedMesh& m, const Vec3d& direction, double omega)
 }
 
 Extracted extract(const IndexedMesh& m, const Fields& fields, double omega, int density,
-                  std::uint32_t tile_size, int threads) {
+                  std::uint32_t tile_size, int threads, std::uint64_t most_crossings) {
   MemoryStore store;
   const ScanMesh mesh = tile_indexed_mesh(store, m.positions, m.triangles, tile_size);
   HaloBoard<VertexFrame> frames(mesh.layout.border_count);
@@ -359,6 +359,7 @@ Extracted extract(const IndexedMesh& m, const Fields& fields, double omega, int 
   ArrangementOptions options;
   options.omega = omega;
   options.density = density;
+  options.most_crossings = most_crossings;
   out.cells = extract_cells(store, mesh, options, graph, out.report);
   return out;
 }

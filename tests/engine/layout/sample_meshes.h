@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -68,7 +69,8 @@ struct Extracted {
 };
 
 Extracted extract(const IndexedMesh& m, const Fields& fields, double omega, int density,
-                  std::uint32_t tile_size, int threads = 1);
+                  std::uint32_t tile_size, int threads = 1,
+                  std::uint64_t most_crossings = std::numeric_limits<std::uint64_t>::max());
 
 /// Euler characteristic and boundary loops of each component, in the order of its lowest triangle.
 struct ComponentTopology {
