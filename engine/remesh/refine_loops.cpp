@@ -376,6 +376,28 @@ std::uint64_t take_outline(CellMap& map, const std::vector<std::uint32_t>& verti
   return added;
 }
 
+/// Faces beside the hole with one edge to the inside would cover a part of a round hole: they join
+/// their neighbours, to be split anew.
+void merge_ears(CellMap& map, std::uint32_t hole) {
+  std::vector<std::uint32_t> ring;
+  std::vector<std::uint32_t> halves;
+  map.face_halves(hole, ring);
+  for (const std::uint32_t r : ring) {
+    map.face_halves(map.face(CellMap::twin(r)), halves);
+    std::uint32_t inner = CellMap::kNone;
+    std::size_t count = 0;
+    for (const std::uint32_t h : halves) {
+      if (!map.is_hole(map.face(CellMap::twin(h)))) {
+        inner = h;
+        ++count;
+      }
+    }
+    if (count == 1 && map.face(inner) != map.face(CellMap::twin(inner)) && !map.is_feature(inner)) {
+      map.erase_edge(inner);
+    }
+  }
+}
+
 }  // namespace
 
 BoundaryLoops::BoundaryLoops(const BoundaryCurve& curve) : corners_(curve.loops()) {
@@ -429,6 +451,7 @@ std::uint64_t reshape_short_loops(PolygonMesh& mesh, const BoundaryCurve& curve,
       }
     }
     added += take_outline(map, vertices, best);
+    merge_ears(map, f);
   }
   finish(map, mesh);
   return added;
