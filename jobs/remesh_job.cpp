@@ -284,6 +284,7 @@ class RemeshJob {
     const double tolerance = kCurveTolerance * mesh_.diagonal();
     std::uint64_t added = refine_creases(remesh_, *field_.features, tolerance);
     if (keeps_loops()) {
+      added += unfold_ears(remesh_);
       added += refine_loops(remesh_, *curve_, *loops_, tolerance);
     }
     if (added > 0) {
@@ -292,6 +293,9 @@ class RemeshJob {
       options.hold_curves = true;
       options.steps = kStepsAfterRefining;
       optimise(remesh_, store_, mesh_, *projector_, options, tasks_);
+      if (keeps_loops()) {
+        unfold_ears(remesh_);
+      }
     }
   }
 

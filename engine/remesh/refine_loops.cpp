@@ -376,14 +376,16 @@ std::uint64_t take_outline(CellMap& map, const std::vector<std::uint32_t>& verti
   return added;
 }
 
-/// Faces beside the hole with one edge to the inside would cover a part of a round hole: they join
-/// their neighbours, to be split anew.
-void merge_ears(CellMap& map, std::uint32_t hole) {
+/// Joins faces beside a hole with one edge to the inside to their neighbours: all of them, or those
+/// that lie folded on these. Returns how many.
+std::uint64_t merge_ears(CellMap& map, std::uint32_t hole, bool folded_only) {
   std::vector<std::uint32_t> ring;
   std::vector<std::uint32_t> halves;
   map.face_halves(hole, ring);
+  std::uint64_t merged = 0;
   for (const std::uint32_t r : ring) {
-    map.face_halves(map.face(CellMap::twin(r)), halves);
+    const std::uint32_t ear = map.face(CellMap::twin(r));
+    map.face_halves(ear, halves);
     std::uint32_t inner = CellMap::kNone;
     std::size_t count = 0;
     for (const std::uint32_t h : halves) {
@@ -392,10 +394,17 @@ void merge_ears(CellMap& map, std::uint32_t hole) {
         ++count;
       }
     }
-    if (count == 1 && map.face(inner) != map.face(CellMap::twin(inner)) && !map.is_feature(inner)) {
+    if (count != 1 || map.is_feature(inner)) {
+      continue;
+    }
+    const std::uint32_t beside = map.face(CellMap::twin(inner));
+    if (beside != ear &&
+        (!folded_only || map.face_normal(ear).dot(map.face_normal(beside)) < 0.0)) {
       map.erase_edge(inner);
+      ++merged;
     }
   }
+  return merged;
 }
 
 }  // namespace
@@ -451,10 +460,28 @@ std::uint64_t reshape_short_loops(PolygonMesh& mesh, const BoundaryCurve& curve,
       }
     }
     added += take_outline(map, vertices, best);
-    merge_ears(map, f);
+    merge_ears(map, f, false);  // they would cover a part of a round hole
   }
   finish(map, mesh);
   return added;
+}
+
+std::uint64_t unfold_ears(PolygonMesh& mesh) {
+  CellMap map(std::move(mesh));
+  std::uint64_t merged = 0;
+  const std::uint32_t faces = map.face_count();
+  for (std::uint32_t f = 0; f < faces; ++f) {
+    if (map.face_alive(f) && map.is_hole(f)) {
+      merged += merge_ears(map, f, true);
+    }
+  }
+  if (merged > 0) {
+    map.set_normals({});
+    split_cells(map);
+    repair(map);
+  }
+  mesh = map.to_mesh();
+  return merged;
 }
 
 std::uint64_t refine_loops(PolygonMesh& mesh, const BoundaryCurve& curve,
