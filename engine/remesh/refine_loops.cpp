@@ -24,6 +24,7 @@ constexpr std::size_t kFewCorners = 5;
 constexpr std::uint32_t kPairBetween = 3;
 /// Evenly spaced vertices are tried up to so many more than there are.
 constexpr std::size_t kMostMore = 24;
+constexpr int kSmoothings = 3;
 /// An edge of the remesh spans at most so many times its length along the loop.
 constexpr double kLongestArc = 3.0;
 
@@ -376,6 +377,36 @@ std::uint64_t take_outline(CellMap& map, const std::vector<std::uint32_t>& verti
   return added;
 }
 
+/// Vertices beside moved rims may lie over the holes now: they go to the mean of their neighbours,
+/// so that faces are split by shapes that the optimiser can reach.
+void smooth_beside(CellMap& map, const std::vector<std::uint32_t>& rims) {
+  std::vector<std::uint32_t> beside;
+  for (const std::uint32_t v : rims) {
+    const std::uint32_t start = map.vertex_half(v);
+    std::uint32_t h = start;
+    do {
+      if (!map.on_curve(map.target(h)) && !map.is_corner(map.target(h))) {
+        beside.push_back(map.target(h));
+      }
+      h = map.around(h);
+    } while (h != start);
+  }
+  std::sort(beside.begin(), beside.end());
+  beside.erase(std::unique(beside.begin(), beside.end()), beside.end());
+  for (int round = 0; round < kSmoothings; ++round) {
+    for (const std::uint32_t v : beside) {
+      Vec3d sum = Vec3d::Zero();
+      const std::uint32_t start = map.vertex_half(v);
+      std::uint32_t h = start;
+      do {
+        sum += map.position(map.target(h));
+        h = map.around(h);
+      } while (h != start);
+      map.set_position(v, sum / static_cast<double>(map.valence(v)));
+    }
+  }
+}
+
 /// Joins faces beside a hole with one edge to the inside to their neighbours: all of them, or those
 /// that lie folded on these. Returns how many.
 std::uint64_t merge_ears(CellMap& map, std::uint32_t hole, bool folded_only) {
@@ -431,6 +462,7 @@ std::uint64_t reshape_short_loops(PolygonMesh& mesh, const BoundaryCurve& curve,
   CellMap map(std::move(mesh));
   std::vector<std::uint32_t> halves;
   std::vector<std::uint8_t> taken(loops.size(), 0);
+  std::vector<std::uint32_t> rims;
   const std::uint32_t faces = map.face_count();
   for (std::uint32_t f = 0; f < faces; ++f) {
     if (!map.face_alive(f) || !map.is_hole(f)) {
@@ -460,8 +492,10 @@ std::uint64_t reshape_short_loops(PolygonMesh& mesh, const BoundaryCurve& curve,
       }
     }
     added += take_outline(map, vertices, best);
+    rims.insert(rims.end(), vertices.begin(), vertices.end());
     merge_ears(map, f, false);  // they would cover a part of a round hole
   }
+  smooth_beside(map, rims);
   finish(map, mesh);
   return added;
 }
