@@ -114,6 +114,9 @@ class RemeshJob {
       owner_ = current_;
     }
     clock_.run("optimise", [&] { optimise_positions(); });
+    if (owner_ == current_) {
+      correct_size();
+    }
     clock_.run("verify", [&] { verify(); });
     clock_.run("write", [&] { write(); });
     if (!options_.preview.empty()) {
@@ -206,6 +209,7 @@ class RemeshJob {
     if (search.best_side() != made) {
       quads_at(search.best_side(), std::numeric_limits<double>::infinity());
     }
+    expected_to_meet_ = meets_target(refined_faces(), target_);
   }
 
   // On spikes much thinner than a quad, lines cross each other thousands of times more often than
@@ -275,15 +279,14 @@ class RemeshJob {
 
   double final_faces() const { return static_cast<double>(remesh_.face_count()); }
 
-  // What dividing the curves will leave once vertices are in their places: bending creases outwards
-  // halves their distance.
+  // About what dividing the curves will leave once vertices are in their places.
   double refined_faces() const {
     if (options_.pure_quads || field_.features->empty()) {
       return final_faces();
     }
     PolygonMesh copy = remesh_;
     const double tolerance = kCurveTolerance * mesh_.diagonal();
-    refine_creases(copy, *field_.features, 2.0 * tolerance);
+    refine_creases(copy, *field_.features, tolerance);
     if (keeps_loops()) {
       refine_loops(copy, *curve_, *loops_, tolerance);
     }
@@ -298,17 +301,70 @@ class RemeshJob {
     if (options_.pure_quads) {
       mend_quads();
     } else {
-      refine_creases(remesh_, *field_.features, kCurveTolerance * mesh_.diagonal());
-      if (keeps_loops()) {
-        refine_loops(remesh_, *curve_, *loops_, kCurveTolerance * mesh_.diagonal());
-      }
-      split_bad_quads(remesh_, kLeastJacobian);
+      refine_curves();
+      divide_bad_quads();
     }
     report_.distance =
         measure_distances(remesh_, store_, mesh_, *projector_, DistanceOptions{}, tasks_);
     if (mesh_.has_colours) {
       transfer_colours(remesh_, store_, mesh_, *projector_, tasks_);
     }
+  }
+
+  // Divides creases and boundaries where they bend within an edge, then evens out the faces beside.
+  void refine_curves() {
+    const double tolerance = kCurveTolerance * mesh_.diagonal();
+    std::uint64_t added = refine_creases(remesh_, *field_.features, tolerance);
+    if (keeps_loops()) {
+      added += unfold_ears(remesh_);
+      added += refine_loops(remesh_, *curve_, *loops_, tolerance);
+    }
+    if (added > 0) {
+      OptimiseOptions options;
+      options.features = field_.features.get();
+      options.hold_curves = true;
+      options.steps = kStepsAfterRefining;
+      optimise(remesh_, store_, mesh_, *projector_, options, tasks_);
+      if (keeps_loops()) {
+        unfold_ears(remesh_);
+      }
+    }
+  }
+
+  // As many as leave the number of faces near to what was asked for.
+  void divide_bad_quads() {
+    PolygonMesh divided;
+    for (const double least : {kLeastJacobian, 0.4, 0.2, 0.0}) {
+      divided = remesh_;
+      split_bad_quads(divided, least);
+      if (static_cast<double>(divided.face_count()) <= kMostFaces * target_.faces) {
+        break;
+      }
+    }
+    remesh_ = std::move(divided);
+  }
+
+  // Where curves took so many more faces than expected that the target is missed, all is made again
+  // with larger quads; what comes nearest is kept.
+  void correct_size() {
+    constexpr int kRounds = 2;
+    for (int round = 0; round < kRounds && expected_to_meet_ && !met(); ++round) {
+      const double side = omega_ / density_;
+      const double miss = size_miss();
+      const auto make = [&](double at) {
+        remesh_ = quads_at(at);
+        clock_.run("optimise", [&] { optimise_positions(); });
+      };
+      make(side * std::sqrt(final_faces() / target_.faces));
+      if (size_miss() >= miss) {
+        make(side);
+        return;
+      }
+    }
+  }
+  bool met() const { return meets_target(final_faces(), target_); }
+  double size_miss() const {
+    return std::max(final_faces() / target_.faces, target_.faces / final_faces());
   }
 
   // A folded quad can't become two triangles here: more untangling, then other quads in its place.
@@ -446,8 +502,11 @@ class RemeshJob {
   static constexpr double kLeastJacobian = 0.6;
   // Sharp edges and smooth boundaries come back within a thousandth of the scan's diagonal.
   static constexpr double kCurveTolerance = 0.85e-3;
-  // Boundary loops shorter than this, in quad sides, aren't features of the field.
-  static constexpr double kShortLoop = 6.0;
+  static constexpr int kStepsAfterRefining = 20;
+  // Of the target, what may be exceeded by splitting quads that aren't folded.
+  static constexpr double kMostFaces = 1.1;
+  // Boundary loops shorter than this, in quad sides, get their vertices before all else.
+  static constexpr double kShortLoop = 12.0;
 
   RemeshReport report_;
   const RemeshOptions options_;
@@ -473,6 +532,7 @@ class RemeshJob {
   SolveReport phase_report_;
   ArrangementReport arrangement_;
   PolygonMesh remesh_;
+  bool expected_to_meet_ = false;       ///< before the curves were divided
   std::optional<BoundaryCurve> curve_;  ///< of the scan, once it is needed
   std::optional<BoundaryLoops> loops_;
   std::optional<SurfaceProjector> projector_;

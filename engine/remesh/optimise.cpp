@@ -96,7 +96,8 @@ class Optimiser {
     loop_.assign(n, kNoLoop);
     for (std::uint32_t v = 0; v < n; ++v) {
       if (stars_.begin[v] == stars_.begin[v + 1] ||
-          (!mesh_.vertex_flags.empty() && (mesh_.vertex_flags[v] & kCornerVertex) != 0)) {
+          (!mesh_.vertex_flags.empty() && (mesh_.vertex_flags[v] & kCornerVertex) != 0) ||
+          (options.hold_curves && (stars_.on_boundary[v] != 0 || crease_.degree[v] > 0))) {
         motion_[v] = Motion::kFixed;
       } else if (stars_.on_boundary[v] != 0) {
         const bool path = stars_.boundary[v][0] != kNoVertex && !curve_.empty();

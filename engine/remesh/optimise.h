@@ -46,6 +46,8 @@ struct OptimiseOptions {
   double least_jacobian = 0.5;
   /// Vertices of feature edges slide along its curves; may be null, else outlives the call.
   const FeatureSet* features = nullptr;
+  /// Vertices on creases and boundaries stay where they are.
+  bool hold_curves = false;
   /// Rounds of local search around faces with a scaled Jacobian of zero or less.
   int untangle_rounds = 4;
 };

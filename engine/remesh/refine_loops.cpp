@@ -24,6 +24,7 @@ constexpr std::size_t kFewCorners = 5;
 constexpr std::uint32_t kPairBetween = 3;
 /// Evenly spaced vertices are tried up to so many more than there are.
 constexpr std::size_t kMostMore = 24;
+constexpr int kSmoothings = 3;
 /// An edge of the remesh spans at most so many times its length along the loop.
 constexpr double kLongestArc = 3.0;
 
@@ -379,6 +380,67 @@ std::uint64_t take_outline(CellMap& map, const std::vector<std::uint32_t>& verti
   return added;
 }
 
+/// Vertices beside moved rims may lie over the holes now: they go to the mean of their neighbours,
+/// so that faces are split by shapes that the optimiser can reach.
+void smooth_beside(CellMap& map, const std::vector<std::uint32_t>& rims) {
+  std::vector<std::uint32_t> beside;
+  for (const std::uint32_t v : rims) {
+    const std::uint32_t start = map.vertex_half(v);
+    std::uint32_t h = start;
+    do {
+      if (!map.on_curve(map.target(h)) && !map.is_corner(map.target(h))) {
+        beside.push_back(map.target(h));
+      }
+      h = map.around(h);
+    } while (h != start);
+  }
+  std::sort(beside.begin(), beside.end());
+  beside.erase(std::unique(beside.begin(), beside.end()), beside.end());
+  for (int round = 0; round < kSmoothings; ++round) {
+    for (const std::uint32_t v : beside) {
+      Vec3d sum = Vec3d::Zero();
+      const std::uint32_t start = map.vertex_half(v);
+      std::uint32_t h = start;
+      do {
+        sum += map.position(map.target(h));
+        h = map.around(h);
+      } while (h != start);
+      map.set_position(v, sum / static_cast<double>(map.valence(v)));
+    }
+  }
+}
+
+/// Joins faces beside a hole with one edge to the inside to their neighbours: all of them, or those
+/// that lie folded on these. Returns how many.
+std::uint64_t merge_ears(CellMap& map, std::uint32_t hole, bool folded_only) {
+  std::vector<std::uint32_t> ring;
+  std::vector<std::uint32_t> halves;
+  map.face_halves(hole, ring);
+  std::uint64_t merged = 0;
+  for (const std::uint32_t r : ring) {
+    const std::uint32_t ear = map.face(CellMap::twin(r));
+    map.face_halves(ear, halves);
+    std::uint32_t inner = CellMap::kNone;
+    std::size_t count = 0;
+    for (const std::uint32_t h : halves) {
+      if (!map.is_hole(map.face(CellMap::twin(h)))) {
+        inner = h;
+        ++count;
+      }
+    }
+    if (count != 1 || map.is_feature(inner)) {
+      continue;
+    }
+    const std::uint32_t beside = map.face(CellMap::twin(inner));
+    if (beside != ear &&
+        (!folded_only || map.face_normal(ear).dot(map.face_normal(beside)) < 0.0)) {
+      map.erase_edge(inner);
+      ++merged;
+    }
+  }
+  return merged;
+}
+
 }  // namespace
 
 BoundaryLoops::BoundaryLoops(const BoundaryCurve& curve) : corners_(curve.loops()) {
@@ -403,6 +465,7 @@ std::uint64_t reshape_short_loops(PolygonMesh& mesh, const BoundaryCurve& curve,
   CellMap map(std::move(mesh));
   std::vector<std::uint32_t> halves;
   std::vector<std::uint8_t> taken(loops.size(), 0);
+  std::vector<std::uint32_t> rims;
   const std::uint32_t faces = map.face_count();
   for (std::uint32_t f = 0; f < faces; ++f) {
     if (!map.face_alive(f) || !map.is_hole(f)) {
@@ -432,9 +495,30 @@ std::uint64_t reshape_short_loops(PolygonMesh& mesh, const BoundaryCurve& curve,
       }
     }
     added += take_outline(map, vertices, best);
+    rims.insert(rims.end(), vertices.begin(), vertices.end());
+    merge_ears(map, f, false);  // they would cover a part of a round hole
   }
+  smooth_beside(map, rims);
   finish(map, mesh);
   return added;
+}
+
+std::uint64_t unfold_ears(PolygonMesh& mesh) {
+  CellMap map(std::move(mesh));
+  std::uint64_t merged = 0;
+  const std::uint32_t faces = map.face_count();
+  for (std::uint32_t f = 0; f < faces; ++f) {
+    if (map.face_alive(f) && map.is_hole(f)) {
+      merged += merge_ears(map, f, true);
+    }
+  }
+  if (merged > 0) {
+    map.set_normals({});
+    split_cells(map);
+    repair(map);
+  }
+  mesh = map.to_mesh();
+  return merged;
 }
 
 std::uint64_t refine_loops(PolygonMesh& mesh, const BoundaryCurve& curve,

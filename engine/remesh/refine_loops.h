@@ -38,6 +38,11 @@ class BoundaryLoops {
 std::uint64_t reshape_short_loops(PolygonMesh& mesh, const BoundaryCurve& curve,
                                   const BoundaryLoops& loops, double longest, double tolerance);
 
+/// Faces with all edges but one on the boundary that lie folded over a hole are joined to their
+/// neighbours, which are split anew. Returns how many. Needs a simple mesh of triangles and quads,
+/// leaves one.
+std::uint64_t unfold_ears(PolygonMesh& mesh);
+
 /// Divides edges of the boundary that leave a smooth loop by more than `tolerance` where the loop
 /// is farthest, and splits the faces beside them. Returns the number of vertices added. Needs a
 /// simple mesh, leaves one of triangles and quads.

@@ -67,6 +67,41 @@ def long_components(vertices, chosen, least):
     return [e for e in chosen if total[root(e[0])] >= least]
 
 
+def boundary_loops(faces):
+    """The vertices of each boundary loop in order, the surface on the left."""
+    sides = {side for f in faces for side in zip(f, f[1:] + f[:1])}
+    following = {a: b for a, b in sides if (b, a) not in sides}
+    loops, seen = [], set()
+    for start in sorted(following):
+        loop = []
+        while start not in seen:
+            seen.add(start)
+            loop.append(start)
+            start = following[start]
+        if loop:
+            loops.append(loop)
+    return loops
+
+
+def loop_edges(loop):
+    return list(zip(loop, loop[1:] + loop[:1]))
+
+
+def zigzag(points):
+    """How much the sides of a closed polygon turn from one to the next beyond what they turn over
+    two: near zero for circles and for straight sides between corners."""
+
+    def turn(step):
+        total = 0.0
+        for k, p in enumerate(points):
+            into, out = _sub(p, points[k - step]), _sub(points[(k + step) % len(points)], p)
+            a, b = math.sqrt(_dot(into, into)), math.sqrt(_dot(out, out))
+            total += math.dist([x / b for x in out], [x / a for x in into]) if a and b else 0.0
+        return total / len(points)
+
+    return turn(1) - 0.5 * turn(2)
+
+
 def diagonal(vertices):
     return math.dist([min(v[k] for v in vertices) for k in range(3)],
                      [max(v[k] for v in vertices) for k in range(3)])

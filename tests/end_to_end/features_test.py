@@ -103,6 +103,14 @@ def l_plate(n):
     return b
 
 
+def plate_with_windows(n):
+    """A square of n^2 windows, each a third as wide as the distance from one to the next."""
+    b = Builder()
+    b.patch(lambda s, t: (s, t, 0.0), 9 * n, 9 * n,
+            lambda i, j: not (3 <= i % 9 < 6 and 3 <= j % 9 < 6))
+    return b
+
+
 def l_block(n):
     """A solid L: convex and concave edges, faces with six corners."""
     b = Builder()
@@ -169,6 +177,27 @@ class Features(unittest.TestCase):
             self.assertLess(feature_checks.farthest(w, rim, loops), within * size)
         return (vertices, faces), (w, g), report
 
+    def check_loops(self, scan, remesh, within=1e-3):
+        """Every boundary loop that doesn't zigzag lies within a share of the diagonal of a loop of
+        the remesh, and the other way round."""
+        (v, f), (w, g) = scan, remesh
+        size = feature_checks.diagonal(v)
+        center = lambda points: [sum(p[k] for p in points) / len(points) for k in range(3)]
+        ours = [(center([w[i] for i in loop]), loop) for loop in feature_checks.boundary_loops(g)]
+        checked = 0
+        for loop in feature_checks.boundary_loops(f):
+            points = [v[i] for i in loop]
+            if feature_checks.zigzag(points) > 0.15:
+                continue
+            c = center(points)
+            ours.sort(key=lambda o: math.dist(o[0], c))
+            there, back = feature_checks.loop_edges(loop), feature_checks.loop_edges(ours[0][1])
+            for a, x, b, y in ((v, there, w, back), (w, back, v, there)):
+                found = feature_checks.Segments(b, y, 0.01 * size)
+                self.assertLess(feature_checks.farthest(a, x, found), within * size)
+            checked += 1
+        return checked
+
     def written(self, builder, name="scan.obj"):
         path = self.folder / name
         builder.write(path)
@@ -214,6 +243,21 @@ class Features(unittest.TestCase):
         self.assert_kept(corners, w, 1e-6)
         self.assertEqual(report["output"]["triangles"], 0)
 
+    def test_windows_of_a_quad(self):
+        n = 4
+        builder = plate_with_windows(n)
+        scan = self.written(builder)
+        for faces in (120, 200, 800):
+            with self.subTest(faces=faces):
+                (w, g), report = self.remesh(scan, "--faces", faces)
+                self.assertEqual(mesh_checks.violations(g, len(w)), {})
+                g = [tuple(f) for f in g]
+                self.assertEqual(self.check_loops((builder.vertices, builder.faces), (w, g)),
+                                 n * n + 1)
+                self.assert_kept([((9 * i + a) / (9 * n), (9 * j + b) / (9 * n), 0.0)
+                                  for i in range(n) for j in range(n)
+                                  for a in (3, 6) for b in (3, 6)], w, 1e-6)
+
     def test_block_with_concave_edge(self):
         scan = self.written(l_block(12))
         _, (w, _), report = self.check(scan, "--faces", 350, "--density", 1, within=1e-6)
@@ -241,6 +285,18 @@ class Features(unittest.TestCase):
     def test_sample_scans(self):
         with self.subTest(scan="fandisk"):
             self.check(Path(DATA) / "fandisk.obj", "--faces", 636)
+        for ratio in (0.05, 0.1):
+            with self.subTest(scan="plane_holes", ratio=ratio):
+                scan = Path(DATA) / "plane_holes.obj"
+                vertices, faces = mesh_checks.read_mesh(scan)
+                (w, g), report = self.remesh(scan, "--ratio", ratio)
+                self.assertEqual(mesh_checks.violations(g, len(w)), {})
+                self.assertEqual(self.check_loops((vertices, [tuple(f) for f in faces]),
+                                                  (w, [tuple(f) for f in g])), 26)
+                self.assertTrue(report["output"]["target_met"])
+            with self.subTest(scan="fandisk", ratio=ratio):
+                _, _, report = self.check(Path(DATA) / "fandisk.obj", "--ratio", ratio)
+                self.assertTrue(report["output"]["target_met"])
 
 
 if __name__ == "__main__":
