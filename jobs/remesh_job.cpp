@@ -352,7 +352,7 @@ class RemeshJob {
       const double side = omega_ / density_;
       const double miss = size_miss();
       const auto make = [&](double at) {
-        remesh_ = quads_at(at);
+        quads_at(at, std::numeric_limits<double>::infinity());
         clock_.run("optimise", [&] { optimise_positions(); });
       };
       make(side * std::sqrt(final_faces() / target_.faces));
