@@ -63,7 +63,8 @@ class Loop {
   std::size_t size() const { return corners_.size(); }
   double length() const { return at_.back(); }
   double at(std::size_t k) const {
-    return at_[k % size()] + length() * static_cast<double>(k / size());
+    const std::size_t rounds = k / size();
+    return at_[k % size()] + length() * static_cast<double>(rounds);
   }
   const Vec3d& corner(std::size_t k) const { return corners_[k % size()]; }
 
@@ -322,6 +323,7 @@ std::vector<std::uint32_t> rim(const CellMap& map, std::uint32_t hole,
 std::size_t loop_of(const CellMap& map, const std::vector<std::uint32_t>& vertices,
                     const BoundaryCurve& curve) {
   std::vector<std::uint32_t> votes;
+  votes.reserve(vertices.size());
   for (const std::uint32_t v : vertices) {
     votes.push_back(curve.closest(map.position(v)).loop);
   }
@@ -355,6 +357,7 @@ void finish(CellMap& map, PolygonMesh& mesh) {
 std::uint64_t take_outline(CellMap& map, const std::vector<std::uint32_t>& vertices,
                            const Outline& outline) {
   std::vector<Vec3d> old;
+  old.reserve(vertices.size());
   for (const std::uint32_t v : vertices) {
     old.push_back(map.position(v));
   }
@@ -539,6 +542,7 @@ std::uint64_t refine_loops(PolygonMesh& mesh, const BoundaryCurve& curve,
     }
     const Loop loop(loops.corners(number));
     std::vector<double> at;
+    at.reserve(vertices.size());
     for (const std::uint32_t v : vertices) {
       at.push_back(loop.closest(map.position(v)));
     }

@@ -82,11 +82,11 @@ class RefineLoops : public testing::Test {
     TaskGraph graph;
     const test::Soup s = ring_scan(96, jag);
     const ScanMesh mesh = tile_indexed_mesh(store, s.positions, s.triangles, 50);
-    curve = std::make_unique<BoundaryCurve>(store, mesh, graph);
-    loops = std::make_unique<BoundaryLoops>(*curve);
+    curve_ = std::make_unique<BoundaryCurve>(store, mesh, graph);
+    loops_ = std::make_unique<BoundaryLoops>(*curve_);
   }
-  std::unique_ptr<BoundaryCurve> curve;
-  std::unique_ptr<BoundaryLoops> loops;
+  std::unique_ptr<BoundaryCurve> curve_;
+  std::unique_ptr<BoundaryLoops> loops_;
 };
 
 void expect_ring(const PolygonMesh& m) {
@@ -98,13 +98,13 @@ void expect_ring(const PolygonMesh& m) {
 }
 
 TEST_F(RefineLoops, LoopsAreInOrderWithTheSurfaceOnTheLeft) {
-  ASSERT_EQ(loops->size(), 2U);
+  ASSERT_EQ(loops_->size(), 2U);
   for (std::size_t l = 0; l < 2; ++l) {
-    const std::vector<Vec3d>& p = loops->corners(l);
+    const std::vector<Vec3d>& p = loops_->corners(l);
     ASSERT_EQ(p.size(), 96U);
-    EXPECT_TRUE(loops->is_smooth(l));
+    EXPECT_TRUE(loops_->is_smooth(l));
     const double radius = p[0].norm();
-    EXPECT_NEAR(loops->length(l), 2 * kPi * radius, 0.01);
+    EXPECT_NEAR(loops_->length(l), 2 * kPi * radius, 0.01);
     for (std::size_t k = 0; k < p.size(); ++k) {
       const double turn = p[k].cross(p[(k + 1) % p.size()]).z();
       EXPECT_GT(radius < 2.0 ? -turn : turn, 0.0);
@@ -115,7 +115,7 @@ TEST_F(RefineLoops, LoopsAreInOrderWithTheSurfaceOnTheLeft) {
 TEST_F(RefineLoops, ShortLoopsGetTheFewestVertices) {
   for (const double tolerance : {0.2, 0.05, 0.01}) {
     PolygonMesh m = ring_of_quads(4);
-    const std::uint64_t added = reshape_short_loops(m, *curve, *loops, 10.0, tolerance);
+    const std::uint64_t added = reshape_short_loops(m, *curve_, *loops_, 10.0, tolerance);
     expect_ring(m);
     EXPECT_LE(inner_deviation(m), tolerance + 1e-3);
     // n chords half outside a unit circle leave half of 1 - cos(pi / n); a little more is allowed.
@@ -132,19 +132,19 @@ TEST_F(RefineLoops, ShortLoopsGetTheFewestVertices) {
 TEST_F(RefineLoops, LongLoopsAreDividedWhereTheyBend) {
   PolygonMesh m = ring_of_quads(8);
   EXPECT_GT(inner_deviation(m), 0.05);
-  EXPECT_GT(refine_loops(m, *curve, *loops, 0.02), 8U);
+  EXPECT_GT(refine_loops(m, *curve_, *loops_, 0.02), 8U);
   expect_ring(m);
   EXPECT_LE(inner_deviation(m), 0.021);
-  EXPECT_EQ(refine_loops(m, *curve, *loops, 0.02), 0U);
+  EXPECT_EQ(refine_loops(m, *curve_, *loops_, 0.02), 0U);
 }
 
 TEST_F(RefineLoops, JaggedLoopsStay) {
   scan(0.08);
-  EXPECT_FALSE(loops->is_smooth(0) && loops->is_smooth(1));
+  EXPECT_FALSE(loops_->is_smooth(0) && loops_->is_smooth(1));
   PolygonMesh m = ring_of_quads(8);
   const std::vector<Vec3d> before(m.positions.begin(), m.positions.begin() + 8);
-  reshape_short_loops(m, *curve, *loops, 10.0, 0.02);
-  refine_loops(m, *curve, *loops, 0.02);
+  reshape_short_loops(m, *curve_, *loops_, 10.0, 0.02);
+  refine_loops(m, *curve_, *loops_, 0.02);
   expect_ring(m);
   EXPECT_TRUE(std::equal(before.begin(), before.end(), m.positions.begin()));
   EXPECT_GT(inner_deviation(m), 0.05);
