@@ -279,14 +279,15 @@ class RemeshJob {
 
   double final_faces() const { return static_cast<double>(remesh_.face_count()); }
 
-  // About what dividing the curves will leave once vertices are in their places.
+  // About what dividing the curves will leave once vertices are in their places: bending creases
+  // outwards halves their distance.
   double refined_faces() const {
     if (options_.pure_quads || field_.features->empty()) {
       return final_faces();
     }
     PolygonMesh copy = remesh_;
     const double tolerance = kCurveTolerance * mesh_.diagonal();
-    refine_creases(copy, *field_.features, tolerance);
+    refine_creases(copy, *field_.features, 2.0 * tolerance);
     if (keeps_loops()) {
       refine_loops(copy, *curve_, *loops_, tolerance);
     }
@@ -334,7 +335,7 @@ class RemeshJob {
   // As many as leave the number of faces near to what was asked for.
   void divide_bad_quads() {
     PolygonMesh divided;
-    for (const double least : {kLeastJacobian, 0.4, 0.2, 0.0}) {
+    for (const double least : {kLeastJacobian, 0.5, 0.4, 0.3, 0.2, 0.0}) {
       divided = remesh_;
       split_bad_quads(divided, least);
       if (static_cast<double>(divided.face_count()) <= kMostFaces * target_.faces) {
@@ -504,7 +505,7 @@ class RemeshJob {
   static constexpr double kCurveTolerance = 0.85e-3;
   static constexpr int kStepsAfterRefining = 20;
   // Of the target, what may be exceeded by splitting quads that aren't folded.
-  static constexpr double kMostFaces = 1.1;
+  static constexpr double kMostFaces = 1.13;
   // Boundary loops shorter than this, in quad sides, get their vertices before all else.
   static constexpr double kShortLoop = 12.0;
 

@@ -7,6 +7,7 @@
 
 #include "engine/remesh/cell_map.h"
 #include "engine/remesh/crease_curve.h"
+#include "engine/remesh/pair_triangles.h"
 #include "engine/remesh/repair.h"
 #include "engine/remesh/split_cells.h"
 
@@ -15,6 +16,8 @@ namespace rattan {
 namespace {
 
 constexpr int kRounds = 3;
+/// Quads between two triangles that become quads together.
+constexpr std::uint32_t kPairBetween = 3;
 /// Edges shorter than this many tolerances stay whole.
 constexpr double kShortest = 6.0;
 
@@ -71,6 +74,7 @@ std::uint64_t refine_creases(PolygonMesh& mesh, const FeatureSet& features, doub
       }
     }
     split_cells(map);
+    pair_triangles(map, kPairBetween);
     repair(map);
     mesh = map.to_mesh();
   }
