@@ -27,7 +27,7 @@ bool replace(std::string& text, std::string_view what, const std::string& by) {
   return any;
 }
 
-void check_name(const std::string& name) {
+void check_name(const std::string& name, const std::string& scan) {
   const fs::path path(name);
   const std::string extension = path.extension().string();
   if (extension != ".drc" && extension != ".obj" && extension != ".ply" && extension != ".off") {
@@ -40,6 +40,9 @@ void check_name(const std::string& name) {
   if (!fs::is_directory(folder, ignored)) {
     throw UsageError(folder.string() + ": there is no such folder to write " + name +
                      " into. Create it first.");
+  }
+  if (fs::equivalent(path, scan, ignored)) {
+    throw UsageError(name + ": the remesh would replace the scan itself. Give it another name.");
   }
 }
 
@@ -85,7 +88,7 @@ std::vector<std::string> expand_names(const std::string& path, SizeKind kind,
 std::vector<std::string> output_names(const RemeshOptions& options) {
   std::vector<std::string> names = expand_names(options.output, options.size_kind, options.sizes);
   for (const std::string& name : names) {
-    check_name(name);
+    check_name(name, options.scan);
   }
   return names;
 }

@@ -18,8 +18,8 @@ namespace rattan {
 std::vector<std::string> expand_names(const std::string& path, SizeKind kind,
                                       std::span<const double> sizes);
 
-/// The paths of options.output, checked: a format by the extension, a folder that exists. Throws
-/// UsageError.
+/// The paths of options.output, checked: a format by the extension, a folder that exists, not the
+/// scan itself. Throws UsageError.
 std::vector<std::string> output_names(const RemeshOptions& options);
 
 }  // namespace rattan

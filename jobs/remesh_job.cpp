@@ -19,6 +19,8 @@
 #include "engine/remesh/optimise.h"
 #include "engine/remesh/quadrangulate.h"
 #include "engine/remesh/quality.h"
+#include "engine/remesh/refine_creases.h"
+#include "engine/remesh/refine_loops.h"
 #include "engine/remesh/topology.h"
 #include "engine/remesh/vertex_colours.h"
 #include "io/remesh/remesh_writer.h"
@@ -163,6 +165,8 @@ class RemeshJob {
     options.symmetry = static_cast<Symmetry>(options_.symmetry);
     options.smoothing = options_.smoothing;
     options.curl_power = options_.curl_correction ? 1.0 : 0.2;
+    options.features.creases = options_.crease > 0.0;
+    options.features.crease_degrees = options_.crease;
     field_ = compute_field(store_, mesh_, options, tasks_, owner_ ? &field_ : nullptr);
     store_.complete_stage("field");
   }
@@ -177,7 +181,7 @@ class RemeshJob {
     if (!extract_quads(most_faces())) {
       return false;
     }
-    return meets_target(final_faces(), target_);
+    return meets_target(refined_faces(), target_);
   }
 
   // The fields of a try replace those of the one before, so where an earlier one was the best, it
@@ -189,7 +193,7 @@ class RemeshJob {
       const double side = search.side();
       if (quads_at(side, most_faces())) {
         made = side;
-        search.tell(final_faces());
+        search.tell(refined_faces());
         continue;
       }
       made = 0.0;
@@ -221,6 +225,7 @@ class RemeshJob {
     clock_.run("parameterize", [&] {
       ParamOptions options;
       options.omega = omega_;
+      options.density = options_.density;
       options.solve.newton_steps = options_.newton_steps;
       options.reference = options_.solver == SolverKind::kReference;
       phase_report_ = parameterize(store_, mesh_, field_, options, tasks_);
@@ -232,7 +237,8 @@ class RemeshJob {
   bool extract_quads(double most) {
     // A mesh of quads has as many vertices as faces, and each is a crossing.
     constexpr double kCrossings = 4.0;
-    ArrangementOptions options{.omega = omega_, .density = density_};
+    ArrangementOptions options{
+        .omega = omega_, .density = density_, .features = field_.features.get()};
     if (std::isfinite(most)) {
       options.most_crossings = static_cast<std::uint64_t>(kCrossings * most);
     }
@@ -250,20 +256,52 @@ class RemeshJob {
     }
     remesh_ = clock_.run("quadrangulate", [&] {
       QuadrangulateReport report;
-      return quadrangulate(std::move(cells),
-                           {.side = omega_ / density_, .pure_quads = options_.pure_quads}, report);
+      PolygonMesh mesh = quadrangulate(
+          std::move(cells), {.side = omega_ / density_, .pure_quads = options_.pure_quads}, report);
+      if (keeps_loops()) {
+        if (!curve_) {
+          curve_.emplace(store_, mesh_, tasks_);
+          loops_.emplace(*curve_);
+        }
+        reshape_short_loops(mesh, *curve_, *loops_, kShortLoop * target_.quad_side,
+                            kCurveTolerance * mesh_.diagonal());
+      }
+      return mesh;
     });
     return true;
   }
 
+  bool keeps_loops() const { return !options_.pure_quads && mesh_.topology.boundary_loops > 0; }
+
   double final_faces() const { return static_cast<double>(remesh_.face_count()); }
+
+  // What dividing the curves will leave once vertices are in their places: bending creases outwards
+  // halves their distance.
+  double refined_faces() const {
+    if (options_.pure_quads || field_.features->empty()) {
+      return final_faces();
+    }
+    PolygonMesh copy = remesh_;
+    const double tolerance = kCurveTolerance * mesh_.diagonal();
+    refine_creases(copy, *field_.features, 2.0 * tolerance);
+    if (keeps_loops()) {
+      refine_loops(copy, *curve_, *loops_, tolerance);
+    }
+    return static_cast<double>(copy.face_count());
+  }
 
   void optimise_positions() {
     projector_.emplace(store_, mesh_, ProjectorOptions{}, tasks_);
-    optimise(remesh_, store_, mesh_, *projector_, OptimiseOptions{}, tasks_);
+    OptimiseOptions options;
+    options.features = field_.features.get();
+    optimise(remesh_, store_, mesh_, *projector_, options, tasks_);
     if (options_.pure_quads) {
       mend_quads();
     } else {
+      refine_creases(remesh_, *field_.features, kCurveTolerance * mesh_.diagonal());
+      if (keeps_loops()) {
+        refine_loops(remesh_, *curve_, *loops_, kCurveTolerance * mesh_.diagonal());
+      }
       split_bad_quads(remesh_, kLeastJacobian);
     }
     report_.distance =
@@ -281,6 +319,7 @@ class RemeshJob {
     PolygonMesh mended = fewest > 0 ? remesh_ : PolygonMesh();
     for (int round = 0; round < kRounds && fewest > 0; ++round) {
       OptimiseOptions options;
+      options.features = field_.features.get();
       if (round == 0) {
         options.steps = 0;
         options.relocate = false;
@@ -405,6 +444,11 @@ class RemeshJob {
   // A quad with a corner of more than 143 degrees or less than 37 does better as two triangles: a
   // few in a thousand are.
   static constexpr double kLeastJacobian = 0.6;
+  // Sharp edges and smooth boundaries come back within a thousandth of the scan's diagonal.
+  static constexpr double kCurveTolerance = 0.85e-3;
+  // Boundary loops shorter than this, in quad sides, aren't features of the field.
+  static constexpr double kShortLoop = 6.0;
+
   RemeshReport report_;
   const RemeshOptions options_;
   const std::vector<std::string> names_;     ///< one a size
@@ -429,6 +473,8 @@ class RemeshJob {
   SolveReport phase_report_;
   ArrangementReport arrangement_;
   PolygonMesh remesh_;
+  std::optional<BoundaryCurve> curve_;  ///< of the scan, once it is needed
+  std::optional<BoundaryLoops> loops_;
   std::optional<SurfaceProjector> projector_;
 };
 

@@ -44,6 +44,10 @@ struct RemeshOptions {
   /// Rescale the control vectors by PGP 4.1 in full (otherwise gently, by its 0.2th power).
   bool curl_correction = false;
 
+  /// Sharp edges by the turn of the normals across them, in degrees; 0: boundaries are the only
+  /// features.
+  double crease = 35.0;
+
   Energy energy = Energy::kTriangle;
   SolverKind solver = SolverKind::kNested;
   /// Newton-CG steps that finish the nested solve.

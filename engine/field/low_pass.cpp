@@ -42,6 +42,37 @@ std::vector<Point> padded(const std::vector<Vec3f>& p) {
   return q;
 }
 
+// Along feature curves, or not at all at corners.
+void bind_to_curves(const FanView& fans, const std::vector<Vec3f>& p, double t,
+                    const TileFeatures& features, Rows& rows) {
+  for (const FeatureMark& m : features.marks) {
+    const std::uint32_t begin = fans.row_begin[m.vertex];
+    const std::uint32_t end = fans.row_begin[m.vertex + 1];
+    std::fill(rows.coefficient.begin() + begin, rows.coefficient.begin() + end, 0.0F);
+    rows.inverse_total[m.vertex] = 0.0F;
+    if (m.corner) {
+      continue;
+    }
+    double length = 0.0;
+    for (const std::uint32_t j : features.neighbors(m)) {
+      length += (p[j] - p[m.vertex]).cast<double>().norm();
+    }
+    const double least = 1e-3 * length + 1e-300;
+    double total = 0.5 * length;
+    rows.mass[m.vertex] = static_cast<float>(total);
+    for (std::uint32_t k = begin; k < end; ++k) {
+      for (const std::uint32_t j : features.neighbors(m)) {
+        if (fans.neighbor[k] == j) {
+          const double d = (p[j] - p[m.vertex]).cast<double>().norm();
+          rows.coefficient[k] = static_cast<float>(t / std::max(d, least));
+          total += t / std::max(d, least);
+        }
+      }
+    }
+    rows.inverse_total[m.vertex] = total > 1e-30 ? static_cast<float>(1.0 / total) : 0.0F;
+  }
+}
+
 Rows filter_rows(const FanView& fans, const std::vector<Vec3f>& p, double t) {
   Rows rows;
   std::vector<float> diagonal;
@@ -89,6 +120,7 @@ struct State {
   HaloView<Vec3f> target;
   HaloView<Vec3f> current;
   ChunkView<Vec3f> positions;
+  ChunkView<std::uint64_t> halo_ids;
   ChunkView<float> coefficient;
   ChunkView<float> mass;
   ChunkView<float> inverse_total;
@@ -149,6 +181,7 @@ void low_pass_positions(Store& store, const ScanMesh& mesh, const LowPassOptions
           s.fans.load(store, id);
           if (step == 0) {
             s.positions = read(store, fields::kPosition, id);
+            s.halo_ids = read(store, fields::kMeshHalo.halo_ids, id);
           } else {
             s.target.load(store, kFirstStep, fields::kMeshHalo, id);
           }
@@ -161,7 +194,7 @@ void low_pass_positions(Store& store, const ScanMesh& mesh, const LowPassOptions
             s.inverse_total = read(store, kInverseTotal, id);
           }
         },
-        [&](TileId, State& s) {
+        [&](TileId id, State& s) {
           const std::vector<Vec3f> target =
               step == 0 ? std::vector<Vec3f>(s.positions.begin(), s.positions.end())
                         : s.target.gather();
@@ -172,6 +205,12 @@ void low_pass_positions(Store& store, const ScanMesh& mesh, const LowPassOptions
           }
           if (pass == 0) {
             s.made = filter_rows(s.fans, target, t);
+            if (options.features != nullptr && !options.features->empty()) {
+              bind_to_curves(
+                  s.fans, target, t,
+                  options.features->of_tile(mesh.layout.tiles[id.value], s.halo_ids.span()),
+                  s.made);
+            }
           }
           const std::vector<Point> b = padded(target);
           std::vector<Point> x = starts ? b : padded(s.current.gather());

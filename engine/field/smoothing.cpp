@@ -18,11 +18,16 @@ namespace {
 
 // The boundary's pull against the sum of a vertex's edge weights.
 constexpr double kBoundaryFit = 4.0;
+// The edges of curves at one vertex have to agree by this much, modulo quarter turns.
+constexpr double kCurveAgreement = 0.5;
+// Cosine within which a solution is taken to follow a curve.
+constexpr double kFollows = 0.87;
 
 struct State {
   FanView fans;
   HaloView<Vec3f> normals;
   HaloView<Vec3f> positions;
+  ChunkView<std::uint64_t> halo_ids;
   ChunkView<CurvatureMeasure> curvature;
   ChunkView<VertexDirection> wanted;
   ChunkView<float> weight;
@@ -88,7 +93,70 @@ Fit wanted_fit(const VertexDirection& wanted, const TangentFrame& frame, int n) 
   return f;
 }
 
-void assemble_tile(State& s, const SmoothingOptions& options) {
+bool follows_features(const SmoothingOptions& options) {
+  return options.features != nullptr && !options.features->empty() &&
+         options.symmetry == Symmetry::kFour;
+}
+
+/// The fit at a vertex of feature curves: all their edges there, each by its length. Modulo a
+/// quarter turn the sides of a right-angled corner agree.
+Fit curve_fit(const TangentFrame& frame, const std::vector<Vec3f>& p, std::uint32_t vertex,
+              std::span<const std::uint32_t> neighbors, double diagonal) {
+  const Vec3d at = p[vertex].cast<double>();
+  Complexd sum(0.0, 0.0);
+  double lengths = 0.0;
+  for (const std::uint32_t j : neighbors) {
+    const Complexd z = power_of(frame, p[j].cast<double>() - at, 4);
+    sum += z;
+    lengths += std::sqrt(z.real() * z.real() + z.imag() * z.imag());
+  }
+  Fit f;
+  const double length = std::sqrt(sum.real() * sum.real() + sum.imag() * sum.imag());
+  if (length > kCurveAgreement * lengths) {
+    f.target = unit_or(sum, Complexd(0.0, 0.0));
+    f.weight = kBoundaryFit * diagonal;
+  }
+  return f;
+}
+
+/// Sets the field to the tangent of the curves where it is near already, and pins it.
+void follow_curves(const TileFeatures& features, const std::vector<Vec3f>& p, bool pin,
+                   std::vector<VertexFrame>& frames) {
+  for (const FeatureMark& m : features.marks) {
+    VertexFrame& frame = frames[m.vertex];
+    // The loose end of a curve is as good as its inner points.
+    if (m.corner && m.neighbors != 1) {
+      frame.pins = pin ? kPinBoth : 0;
+      continue;
+    }
+    const auto ends = features.neighbors(m);
+    const Vec3d n = frame.normal.cast<double>();
+    const std::uint32_t before = m.neighbors == 1 ? m.vertex : ends[1];
+    Vec3d tangent = p[before].cast<double>() - p[ends[0]].cast<double>();
+    tangent -= n.dot(tangent) * n;
+    const double length = std::sqrt(tangent.squaredNorm());
+    if (!(length > 0.0)) {
+      continue;
+    }
+    tangent /= length;
+    const Vec3d k = frame.direction.cast<double>();
+    const double along = k.dot(tangent);
+    const double across = n.cross(k).dot(tangent);
+    const bool follows = std::abs(along) >= std::abs(across);
+    if (std::max(std::abs(along), std::abs(across)) < kFollows) {
+      continue;
+    }
+    Vec3d to = along >= 0.0 ? tangent : Vec3d(-tangent);
+    if (!follows) {
+      // K_perp along the tangent: K is the tangent turned back by a quarter.
+      to = across >= 0.0 ? Vec3d(-n.cross(tangent)) : n.cross(tangent);
+    }
+    frame.direction = to.cast<float>();
+    frame.pins = pin ? (follows ? kPinPhi : kPinTheta) : 0;
+  }
+}
+
+void assemble_tile(State& s, const SmoothingOptions& options, const TileExtent& extent) {
   const std::vector<Vec3f> normals = s.normals.gather();
   const std::vector<Vec3f> p = s.positions.gather();
   const int n = static_cast<int>(options.symmetry);
@@ -103,6 +171,10 @@ void assemble_tile(State& s, const SmoothingOptions& options) {
   s.fit.assign(owned, 0.0F);
   s.rhs.assign(owned, Complex(0.0F, 0.0F));
   const double per_area = 1.0 / (options.fitting_length * options.fitting_length);
+  const TileFeatures features = follows_features(options)
+                                    ? options.features->of_tile(extent, s.halo_ids.span())
+                                    : TileFeatures{};
+  auto mark = features.marks.begin();
   for (std::uint32_t i = 0; i < owned; ++i) {
     for (std::uint32_t k = row[i]; k < row[i + 1]; ++k) {
       const Complexd z = symmetry_power(transport(frames[i], frames[neighbor[k]]), n);
@@ -116,8 +188,14 @@ void assemble_tile(State& s, const SmoothingOptions& options) {
       f = wanted_fit(s.wanted[i], frames[i], n);
       f.weight *= static_cast<double>(s.area[i]) * per_area;
     }
+    const bool on_curve = mark != features.marks.end() && mark->vertex == i;
+    const auto curve = mark;
+    mark += on_curve ? 1 : 0;
     if (f.weight > 0.0) {
-      // As given, also at the boundary.
+      // As given, also on curves and at the boundary.
+    } else if (on_curve) {
+      f = curve_fit(frames[i], p, i, features.neighbors(*curve),
+                    static_cast<double>(s.diagonal[i]));
     } else if (options.align_boundary && n == 4 && (s.fans.flags[i] & kOnBoundary) != 0) {
       // Both boundary edges, each by its length; modulo a quarter turn a right-angled corner
       // agrees.
@@ -157,11 +235,12 @@ double assemble_smoothing(Store& store, const ScanMesh& mesh, const SmoothingOpt
         } else {
           s.curvature = read(store, fields::kCurvature, id);
         }
+        s.halo_ids = read(store, fields::kMeshHalo.halo_ids, id);
         s.weight = read(store, fields::kEdgeWeight, id);
         s.diagonal = read(store, fields::kDiagonal, id);
         s.area = read(store, fields::kVertexArea, id);
       },
-      [&](TileId, State& s) { assemble_tile(s, options); },
+      [&](TileId id, State& s) { assemble_tile(s, options, mesh.layout.tiles[id.value]); },
       [&](TileId id, State& s) {
         write(store, system.coefficient, id, s.coefficient);
         write(store, system.fit, id, s.fit);
@@ -171,32 +250,41 @@ double assemble_smoothing(Store& store, const ScanMesh& mesh, const SmoothingOpt
   return fit_sum;
 }
 
-void write_frames(Store& store, const ScanMesh& mesh, Symmetry symmetry, TaskGraph& tasks) {
+void write_frames(Store& store, const ScanMesh& mesh, const SmoothingOptions& options,
+                  TaskGraph& tasks) {
   struct FrameState {
     ChunkView<Complex> solution;
-    ChunkView<Vec3f> position;
+    HaloView<Vec3f> position;
     ChunkView<Vec3f> normal;
+    ChunkView<std::uint64_t> halo_ids;
     std::vector<VertexFrame> frames;
   };
+  // Directions that come with the scan count for more than its curves.
+  const bool features = follows_features(options) && !has_wanted_directions(store);
+  const int n = static_cast<int>(options.symmetry);
   BoardWriter<VertexFrame> writer(fields::kFrame, mesh.layout);
   run_pass<FrameState>(
       tasks, "frames", mesh.layout.tile_count(),
       [&](TileId id, FrameState& s) {
         s.solution = read(store, fields::kSmoothingSystem.solution, id);
-        s.position = read(store, fields::kSmoothPosition, id);
+        s.position.load(store, fields::kSmoothPosition, fields::kMeshHalo, id);
         s.normal = read(store, fields::kNormal, id);
+        s.halo_ids = read(store, fields::kMeshHalo.halo_ids, id);
       },
-      [&](TileId, FrameState& s) {
-        s.frames.resize(s.position.size());
+      [&](TileId id, FrameState& s) {
+        s.frames.resize(s.normal.size());
         for (std::size_t i = 0; i < s.frames.size(); ++i) {
-          const Vec3d n = s.normal[i].cast<double>();
-          const TangentFrame f = tangent_frame(n);
+          const TangentFrame f = tangent_frame(s.normal[i].cast<double>());
           const Complexd z(static_cast<double>(s.solution[i].real()),
                            static_cast<double>(s.solution[i].imag()));
-          const Complexd a =
-              symmetry_root(unit_or(z, Complexd(1.0, 0.0)), static_cast<int>(symmetry));
+          const Complexd a = symmetry_root(unit_or(z, Complexd(1.0, 0.0)), n);
           const Vec3d k = a.real() * f.x + a.imag() * f.y;
-          s.frames[i] = {s.position[i], s.normal[i], k.cast<float>(), 1.0F};
+          s.frames[i] = {s.position.owned[i], s.normal[i], k.cast<float>(), 1.0F, 0};
+        }
+        if (features) {
+          const TileExtent& extent = mesh.layout.tiles[id.value];
+          follow_curves(options.features->of_tile(extent, s.halo_ids.span()), s.position.gather(),
+                        options.pin, s.frames);
         }
       },
       [&](TileId id, FrameState& s) { writer.commit(store, fields::kMeshHalo, id, s.frames); });

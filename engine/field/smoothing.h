@@ -11,6 +11,7 @@
 
 #include "engine/core/task_graph.h"
 #include "engine/field/field_data.h"
+#include "engine/mesh/features.h"
 #include "engine/solve/system.h"
 
 namespace rattan {
@@ -26,6 +27,10 @@ struct SmoothingOptions {
   double floor_curvature = 0.0;
   /// Boundary vertices follow the boundary tangent (N = 4 only).
   bool align_boundary = true;
+  /// Vertices on its curves follow their tangents (N = 4 only); may be null.
+  const FeatureSet* features = nullptr;
+  /// Whether coordinates are to be lines along features (see VertexFrame::pins).
+  bool pin = false;
 };
 
 namespace fields {
@@ -42,7 +47,9 @@ double assemble_smoothing(Store& store, const ScanMesh& mesh, const SmoothingOpt
                           TaskGraph& tasks);
 
 /// One pass: directions from the solution; writes kFrame (scale 1) with its board. Where the
-/// solution vanishes, any direction serves.
-void write_frames(Store& store, const ScanMesh& mesh, Symmetry symmetry, TaskGraph& tasks);
+/// solution vanishes, any direction serves. On feature curves that the solution follows, K or
+/// K_perp is set to the tangent itself, and pinned.
+void write_frames(Store& store, const ScanMesh& mesh, const SmoothingOptions& options,
+                  TaskGraph& tasks);
 
 }  // namespace rattan

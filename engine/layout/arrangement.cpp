@@ -6,6 +6,7 @@
 #include "engine/layout/arrangement.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "engine/layout/face_cuts.h"
 #include "engine/layout/stitch.h"
 #include "engine/layout/tile_graph.h"
+#include "engine/mesh/features.h"
 #include "engine/param/phase_fields.h"
 
 namespace rattan {
@@ -37,6 +39,7 @@ class Extraction {
     }
     trace_.side = kLengthSteps;
     trace_.length_scale = kLengthSteps * options.density / options.omega;
+    trace_.features = options.features;
     trace_.corner_cosine = exact::sincos(options.corner_degrees / 180.0 * exact::kPi).cos;
     tiles_.resize(mesh.layout.tile_count());
     tile_cuts_.resize(tiles_.size());
@@ -90,8 +93,12 @@ class Extraction {
     o.frames = {};
     o.phases = {};
     const std::vector<PointKey>& cuts = tile_cuts_[tile.value];
-    o.arrangement =
-        arrange_tile(o.mesh, o.coordinates, options_.density, cuts, options_.most_crossings);
+    std::vector<std::array<std::uint32_t, 2>> creases;
+    if (options_.features != nullptr) {
+      creases = options_.features->tile_creases(o.mesh);
+    }
+    o.arrangement = arrange_tile(o.mesh, o.coordinates, options_.density, cuts, creases,
+                                 options_.most_crossings);
     o.traced = trace_tile(o.arrangement, cuts, trace_);
   }
 
@@ -161,6 +168,7 @@ class Extraction {
         which.push_back(t);
       }
     }
+    const std::vector<PointKey> loose = loose_rim_pieces(k);
     std::vector<FaceSegment> segments;
     pass<std::vector<FaceSegment>>(
         "faces to cut", which,
@@ -173,7 +181,7 @@ class Extraction {
           r = face_segments(
               o.arrangement, o.traced,
               std::span(bad).subspan(k.face_base[tile], k.face_base[tile + 1] - k.face_base[tile]),
-              alive);
+              alive, loose);
         },
         [&](std::uint32_t tile, std::vector<FaceSegment>& r) {
           for (FaceSegment& s : r) {
@@ -204,6 +212,18 @@ class Extraction {
     }
     trace_tiles(touched, false);
     return true;
+  }
+
+  /// Pieces of features on rims of tiles that were peeled off.
+  static std::vector<PointKey> loose_rim_pieces(const Skeleton& k) {
+    std::vector<PointKey> loose;
+    for (std::size_t i = k.arc_base.back(); i < k.arcs.size(); ++i) {
+      if (!k.arcs[i].alive) {
+        loose.push_back(k.arcs[i].piece);
+      }
+    }
+    std::sort(loose.begin(), loose.end());
+    return loose;
   }
 
   /// A tile may not see that a point on its rim lies on the graph; the skeleton does.

@@ -16,12 +16,16 @@
 
 namespace rattan {
 
+class FeatureSet;
+
 struct ArrangementOptions {
   double omega = 1.0;  ///< the period, a length; positive
   int density = 2;     ///< iso-lines a period, at least 1; the cells' side is omega / density
   /// Boundary vertices that turn further, both from edge to edge and at the scale of the cells,
   /// become vertices.
   double corner_degrees = 50.0;
+  /// Its sharp edges become edges of cells; may be null, else outlives the call.
+  const FeatureSet* features = nullptr;
   /// In one tile lines may cross each other so often; more is TooManyCrossings.
   std::uint64_t most_crossings = std::numeric_limits<std::uint64_t>::max();
 };

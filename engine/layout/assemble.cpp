@@ -48,7 +48,7 @@ class Assembler {
       if (s.closed) {
         parts_.push_back(std::max(kFewestOnLoop, whole));
       } else {
-        const bool is_long = length > (s.boundary ? kLongBoundary : kLongInside);
+        const bool is_long = length > (s.boundary || s.feature ? kLongBoundary : kLongInside);
         parts_.push_back(is_long ? std::max(2U, whole) : 1U);
       }
     }
@@ -107,7 +107,7 @@ class Assembler {
     std::vector<std::int64_t> along;
     for (std::uint32_t i = 0; i < k_.strands.size(); ++i) {
       const Strand& s = k_.strands[i];
-      if (parts_[i] == 1 || s.closed || s.boundary) {
+      if (parts_[i] == 1 || s.closed || s.boundary || s.feature) {
         continue;
       }
       nodes.clear();
@@ -265,7 +265,8 @@ class Assembler {
       for (std::uint32_t i = k_.dart_begin[n]; i < k_.dart_begin[n + 1]; ++i) {
         boundary = boundary || k_.arcs[k_.darts[i] >> 1].right == kNone;
       }
-      const bool corner = boundary && (k_.nodes[n].flags & kCornerNode) != 0;
+      const bool corner = (boundary && (k_.nodes[n].flags & kCornerNode) != 0) ||
+                          (k_.nodes[n].flags & kFeatureCornerNode) != 0;
       vertex_[n] = add_vertex(k_.nodes[n].position, k_.nodes[n].triangle,
                               static_cast<std::uint8_t>((boundary ? kBoundaryVertex : 0) |
                                                         (corner ? kCornerVertex : 0)));
@@ -276,6 +277,7 @@ class Assembler {
       const Strand& s = k_.strands[i];
       first_edge_[i] = out_.cells.edge_count;
       out_.cells.edge_count += parts_[i];
+      out_.cells.edge_feature.resize(out_.cells.edge_count, s.feature ? 1 : 0);
       if (parts_[i] == 1) {
         continue;
       }

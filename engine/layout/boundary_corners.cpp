@@ -105,7 +105,7 @@ bool keep_true_corners(Skeleton& skeleton, const TraceOptions& options) {
   }
   bool changed = false;
   for (const std::uint32_t n : k.essential) {
-    changed = changed || (k.degree(n) == 2 && (k.nodes[n].flags & kCornerNode) == 0);
+    changed = changed || (k.degree(n) == 2 && k.nodes[n].flags == 0);
   }
   return changed;
 }

@@ -21,6 +21,8 @@ struct CellComplex {
   /// edge occurs once.
   std::vector<std::uint32_t> corner_edge;
   std::uint32_t edge_count = 0;
+  /// One an edge: 1 along a feature of the scan. Empty if there are none.
+  std::vector<std::uint8_t> edge_feature;
   /// One a face: 1 if a triangle with a field or phase singularity meets the face.
   std::vector<std::uint8_t> face_singular;
 };

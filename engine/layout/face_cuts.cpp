@@ -26,7 +26,8 @@ constexpr std::uint32_t kSeeds = 6;
 
 std::vector<FaceSegment> face_segments(const TileArrangement& a, const TracedTile& traced,
                                        std::span<const std::uint8_t> wanted_faces,
-                                       std::span<const std::uint8_t> arc_alive) {
+                                       std::span<const std::uint8_t> arc_alive,
+                                       std::span<const PointKey> loose) {
   const TileCoordinates& c = *a.coordinates;
   std::vector<FaceSegment> out;
   const auto alive = [&](std::uint32_t dart) {
@@ -34,9 +35,6 @@ std::vector<FaceSegment> face_segments(const TileArrangement& a, const TracedTil
   };
   const auto any_alive = [&](const std::array<std::uint32_t, 4>& darts) {
     return std::any_of(darts.begin(), darts.end(), alive);
-  };
-  const auto point_on_graph = [&](std::uint32_t p) {
-    return any_alive((p & kCrossingTag) != 0 ? a.crossings[p & ~kTagMask].darts : a.point_darts[p]);
   };
   const auto vertex_on_graph = [&](std::uint32_t v) {
     const std::uint32_t g = a.graph_vertex[v];
@@ -49,6 +47,33 @@ std::vector<FaceSegment> face_segments(const TileArrangement& a, const TracedTil
       }
     }
     return a.vertices[g].boundary;
+  };
+  const auto point_on_graph = [&](std::uint32_t p) {
+    if ((p & kVertexTag) != 0) {
+      return vertex_on_graph(a.vertices[p & ~kTagMask].vertex);
+    }
+    return any_alive((p & kCrossingTag) != 0 ? a.crossings[p & ~kTagMask].darts : a.point_darts[p]);
+  };
+  // Pieces of features belong to the graph unless they were peeled off.
+  const auto is_loose = [&](std::uint32_t e, std::uint32_t i) {
+    if (a.place[e] != EdgePlace::kInside) {
+      return std::binary_search(loose.begin(), loose.end(),
+                                PointKey::on_edge(c.ids[c.edges[e].lo], c.ids[c.edges[e].hi], i));
+    }
+    const std::uint32_t n = a.points_on(e);
+    if (i < n) {
+      return !alive(a.point_darts[a.point_begin[e] + i][2]);
+    }
+    if (n > 0) {
+      return !alive(a.point_darts[a.point_begin[e] + n - 1][0]);
+    }
+    const std::uint32_t g = a.graph_vertex[c.edges[e].lo];
+    for (std::uint32_t k = traced.vertex_begin[g]; k < traced.vertex_begin[g + 1]; ++k) {
+      if (a.vertex_darts[k].neighbor == c.edges[e].hi && a.vertex_darts[k].line == 0) {
+        return !alive(a.vertex_darts[k].dart);
+      }
+    }
+    return false;
   };
   const auto cell_key = [&](std::uint32_t cell) {
     const auto after = std::upper_bound(a.cell_begin.begin(), a.cell_begin.end(), cell);
@@ -66,7 +91,8 @@ std::vector<FaceSegment> face_segments(const TileArrangement& a, const TracedTil
       const bool has_left = a.left_cell[piece] != kNone;
       const std::uint32_t cell = has_left ? a.left_cell[piece] : a.right_cell[piece];
       const std::uint32_t face = traced.face_of_cell[cell];
-      if (a.piece_cut[piece] != 0 || wanted_faces[face] == 0) {
+      if (wanted_faces[face] == 0 || a.piece_cut[piece] == kCutPiece ||
+          (a.piece_cut[piece] == kFeaturePiece && !is_loose(e, i))) {
         continue;
       }
       FaceSegment s;

@@ -37,10 +37,12 @@ struct FaceSegment {
   bool is_piece() const { return !key.in_triangle(); }
 };
 
-/// Lists what lies inside the wanted local faces. `arc_alive`: one an arc of the tile's graph.
+/// Lists what lies inside the wanted local faces. `arc_alive`: one an arc of the tile's graph;
+/// `loose`: pieces of features on rims of tiles that were peeled off, sorted.
 std::vector<FaceSegment> face_segments(const TileArrangement& a, const TracedTile& traced,
                                        std::span<const std::uint8_t> wanted_faces,
-                                       std::span<const std::uint8_t> arc_alive);
+                                       std::span<const std::uint8_t> arc_alive,
+                                       std::span<const PointKey> loose);
 
 struct FaceCut {
   PointKey piece;

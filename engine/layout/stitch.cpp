@@ -129,6 +129,7 @@ class Stitcher {
         s.index = i;
         s.length = a.length;
         s.cut = a.cut;
+        s.feature = a.feature;
         k_.arcs.push_back(s);
       }
     }
@@ -172,8 +173,8 @@ class Stitcher {
       SkeletonArc a;
       const std::uint32_t low = end(s, i);
       const std::uint32_t high = end(s, i + 1);
-      const std::uint64_t low_slot = i == 0 ? s.edge->hi : 0;
-      const std::uint64_t high_slot = i == s.edge->points ? s.edge->lo : 2;
+      const std::uint64_t low_slot = i == 0 ? vertex_slot(s.edge->hi, 0) : 0;
+      const std::uint64_t high_slot = i == s.edge->points ? vertex_slot(s.edge->lo, 0) : 2;
       a.node = forward ? std::array{low, high} : std::array{high, low};
       slots_.push_back(forward ? low_slot : high_slot);
       slots_.push_back(forward ? high_slot : low_slot);
@@ -182,7 +183,9 @@ class Stitcher {
       a.triangle = triangle;
       a.length =
           fixed_length(k_.nodes[low].position, k_.nodes[high].position, options_.length_scale);
-      a.cut = right != kNone;
+      a.piece = PointKey::on_edge(s.edge->lo, s.edge->hi, i);
+      a.feature = right != kNone && s.edge->feature;
+      a.cut = right != kNone && !s.edge->feature;
       for (const std::uint32_t n : a.node) {
         k_.nodes[n].triangle = std::min(k_.nodes[n].triangle, triangle);
       }
@@ -206,7 +209,7 @@ class Stitcher {
       const Side& left = s.edge->left ? s : o;
       const Side& right = s.edge->left ? o : s;
       for (std::uint32_t i = 0; i <= s.edge->points; ++i) {
-        if (is_cut(s.edge->lo, s.edge->hi, i)) {
+        if (s.edge->feature || is_cut(s.edge->lo, s.edge->hi, i)) {
           add_piece(s, i, true, label(left, i), label(right, i),
                     std::min(s.edge->triangle, o.edge->triangle));
         } else {
@@ -257,11 +260,11 @@ class Stitcher {
       if (key.is_vertex() && last - first > 2) {
         // Turn neighbours into ranks; two darts are in cyclic order anyway.
         for (auto d = first; d != last; ++d) {
-          const FanEntry wanted{key.a, slots_[*d], 0};
+          const FanEntry wanted{key.a, slot_neighbor(slots_[*d]), 0};
           const auto e = std::lower_bound(fans.begin(), fans.end(), wanted, by_spoke);
-          ensure(e != fans.end() && e->vertex == key.a && e->neighbor == slots_[*d],
+          ensure(e != fans.end() && e->vertex == key.a && e->neighbor == wanted.neighbor,
                  "the rotation about every cut vertex is known");
-          slots_[*d] = e->rank;
+          slots_[*d] = vertex_slot(e->rank, static_cast<std::uint32_t>(slots_[*d] & 7U));
         }
       }
       std::sort(first, last,
@@ -364,7 +367,7 @@ class Stitcher {
     k_.is_essential.assign(k_.nodes.size(), 0);
     for (std::uint32_t n = 0; n < k_.nodes.size(); ++n) {
       const std::uint32_t degree = k_.degree(n);
-      if (degree > 2 || (degree == 2 && (k_.nodes[n].flags & kCornerNode) != 0)) {
+      if (degree > 2 || (degree == 2 && k_.nodes[n].flags != 0)) {
         k_.is_essential[n] = 1;
         k_.essential.push_back(n);
       }
@@ -383,6 +386,7 @@ class Stitcher {
       s.last = d;
       s.length += k_.arcs[d >> 1].length;
       s.cut = s.cut || k_.arcs[d >> 1].cut;
+      s.feature = s.feature || k_.arcs[d >> 1].feature;
       d = k_.next_on_strand(d);
       if (d == kNone) {
         s.closed = false;
@@ -418,7 +422,7 @@ class Stitcher {
   /// around it into a disk, and so on. Cuts stay.
   void drop_circles() {
     const auto droppable = [&](const Strand& s) {
-      if (!s.closed || s.boundary || s.cut) {
+      if (!s.closed || s.boundary || s.cut || s.feature) {
         return false;
       }
       const std::uint32_t left = k_.left(s.first);

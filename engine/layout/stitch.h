@@ -24,7 +24,9 @@ struct SkeletonArc {
   std::uint32_t index = 0;     ///< arc of the tile's graph
   std::uint64_t triangle = 0;  ///< of a rim piece
   std::int64_t length = 0;
+  PointKey piece;  ///< of a rim piece
   bool cut = false;
+  bool feature = false;
   bool alive = true;
 };
 
@@ -36,6 +38,7 @@ struct Strand {
   bool closed = false;
   bool boundary = false;  ///< its darts have the scan on their left
   bool cut = false;
+  bool feature = false;
 };
 
 struct StitchCounts {

@@ -16,6 +16,8 @@ namespace {
 
 /// More crossings than this on one edge means a field that is not one.
 constexpr std::int64_t kMostCrossings = 1 << 20;
+/// A pinned vertex further from its line than this (in lines) is where the solution gave up.
+constexpr double kNearLine = 0.3;
 
 void place_edges(TileArrangement& a) {
   const TileCoordinates& c = *a.coordinates;
@@ -40,13 +42,18 @@ void place_edges(TileArrangement& a) {
 }
 
 /// Lines crossed by one family along an edge: values a0 -> a1 in line units, symbolically in the
-/// intervals whose odd middles are g0, g1 (in half lines).
+/// intervals whose odd middles are g0, g1 (in half lines). Even ones are on a line themselves:
+/// pinned vertices, whose line ends there.
 struct FamilyCrossings {
   double a0, a1;
   std::int64_t g0, g1;
-  std::int64_t count() const { return (g1 > g0 ? g1 - g0 : g0 - g1) / 2; }
+  std::int64_t count() const {
+    const std::int64_t low = std::min(g0, g1);
+    const std::int64_t high = std::max(g0, g1);
+    return std::max<std::int64_t>(((high + 1) >> 1) - (low >> 1) - 1, 0);
+  }
   double at(std::int64_t i) const {
-    const std::int64_t line = g1 > g0 ? (g0 + 1) / 2 + i : (g0 - 1) / 2 - i;
+    const std::int64_t line = g1 > g0 ? (g0 >> 1) + 1 + i : ((g0 + 1) >> 1) - 1 - i;
     const double d = a1 - a0;
     const double t = d == 0.0 ? 0.5 : (static_cast<double>(line) - a0) / d;
     return std::clamp(t, 0.0, 1.0);
@@ -62,12 +69,25 @@ void place_points(TileArrangement& a, int density, std::uint64_t most_crossings,
     double x, y;
     std::int32_t gx, gy;
   };
+  const auto pin = [](double& x, std::int32_t& g) {
+    const double line = std::floor(x + 0.5);
+    if (std::abs(x - line) < kNearLine) {
+      x = line;
+      g = 2 * static_cast<std::int32_t>(line);
+    }
+  };
   std::vector<Level> levels(c.angles.size());
   for (std::size_t v = 0; v < levels.size(); ++v) {
     const double x = c.angles[v].theta * lines;
     const double y = c.angles[v].phi * lines;
     levels[v] = {x, y, 2 * static_cast<std::int32_t>(std::floor(x)) + 1,
                  2 * static_cast<std::int32_t>(std::floor(y)) + 1};
+    if ((c.pins[v] & kPinTheta) != 0) {
+      pin(levels[v].x, levels[v].gx);
+    }
+    if ((c.pins[v] & kPinPhi) != 0) {
+      pin(levels[v].y, levels[v].gy);
+    }
   }
   a.point_begin.assign(c.edges.size() + 1, 0);
   for (std::uint32_t i = 0; i < c.edges.size(); ++i) {
@@ -134,7 +154,19 @@ void mark_cuts(TileArrangement& a, std::span<const PointKey> cuts) {
     }
     const std::uint32_t e = a.coordinates->find_edge(lo, hi);
     if (e != kNoSide && a.place[e] != EdgePlace::kOutside) {
-      a.piece_cut[a.piece(e, cut.c)] = 1;
+      a.piece_cut[a.piece(e, cut.c)] = kCutPiece;
+    }
+  }
+}
+
+void mark_creases(TileArrangement& a, std::span<const std::array<std::uint32_t, 2>> creases) {
+  for (const auto& [lo, hi] : creases) {
+    const std::uint32_t e = a.coordinates->find_edge(lo, hi);
+    if (e != kNoSide && a.place[e] != EdgePlace::kOutside) {
+      a.edge_feature[e] = 1;
+      for (std::uint32_t i = 0; i <= a.points_on(e); ++i) {
+        a.piece_cut[a.piece(e, i)] = kFeaturePiece;
+      }
     }
   }
 }
@@ -142,15 +174,8 @@ void mark_cuts(TileArrangement& a, std::span<const PointKey> cuts) {
 /// Pieces of scan edges that belong to the graph and that this tile sees from all sides.
 void add_edge_segments(TileArrangement& a) {
   const TileCoordinates& c = *a.coordinates;
-  a.graph_vertex.assign(c.ids.size(), kNone);
   a.first_edge_segment = static_cast<std::uint32_t>(a.segments.size());
-  const auto vertex = [&](std::uint32_t v) {
-    if (a.graph_vertex[v] == kNone) {
-      a.graph_vertex[v] = static_cast<std::uint32_t>(a.vertices.size());
-      a.vertices.push_back({v, kNone, false});
-    }
-    return a.graph_vertex[v];
-  };
+  const auto vertex = [&](std::uint32_t v) { return a.graph_vertex_of(v); };
   for (std::uint32_t e = 0; e < c.edges.size(); ++e) {
     const EdgePlace place = a.place[e];
     if (place == EdgePlace::kOutside) {
@@ -193,6 +218,7 @@ void add_edge_segments(TileArrangement& a) {
         s.triangle = std::min(s.triangle, edge.right / 3);
       }
       a.segments.push_back(s);
+      a.segment_feature.push_back(a.edge_feature[e]);
       const std::uint32_t up = forward ? dart : dart + 1;  // leaves `low`
       const auto leave = [&](std::uint32_t point, std::uint32_t d, std::uint32_t slot,
                              std::uint32_t neighbor) {
@@ -201,7 +227,7 @@ void add_edge_segments(TileArrangement& a) {
           return;
         }
         const std::uint32_t g = point & ~kTagMask;
-        a.vertex_darts.push_back({g, d, neighbor});
+        a.vertex_darts.push_back({g, d, neighbor, 0});
         a.vertices[g].triangle = std::min(a.vertices[g].triangle, s.triangle);
         a.vertices[g].boundary = a.vertices[g].boundary || boundary;
       };
@@ -211,8 +237,8 @@ void add_edge_segments(TileArrangement& a) {
   }
   std::sort(a.vertex_darts.begin(), a.vertex_darts.end(),
             [&](const VertexDart& x, const VertexDart& y) {
-              return std::tie(x.graph_vertex, c.ids[x.neighbor]) <
-                     std::tie(y.graph_vertex, c.ids[y.neighbor]);
+              return std::tie(x.graph_vertex, c.ids[x.neighbor], x.line) <
+                     std::tie(y.graph_vertex, c.ids[y.neighbor], y.line);
             });
 }
 
@@ -251,7 +277,9 @@ PointKey TileArrangement::key(std::uint32_t point) const {
 }
 
 TileArrangement arrange_tile(const TileMesh& mesh, const TileCoordinates& coordinates, int density,
-                             std::span<const PointKey> cuts, std::uint64_t most_crossings) {
+                             std::span<const PointKey> cuts,
+                             std::span<const std::array<std::uint32_t, 2>> creases,
+                             std::uint64_t most_crossings) {
   TileArrangement a;
   a.mesh = &mesh;
   a.coordinates = &coordinates;
@@ -263,7 +291,10 @@ TileArrangement arrange_tile(const TileMesh& mesh, const TileCoordinates& coordi
   a.left_cell.assign(pieces, kNone);
   a.right_cell.assign(pieces, kNone);
   a.piece_cut.assign(pieces, 0);
+  a.edge_feature.assign(coordinates.edges.size(), 0);
+  a.graph_vertex.assign(coordinates.ids.size(), kNone);
   mark_cuts(a, cuts);
+  mark_creases(a, creases);
   const std::uint32_t owned = mesh.counts.owned;
   a.cell_begin.assign(owned + 1, 0);
   a.open.assign(owned, 0);

@@ -49,7 +49,8 @@ struct Crossing {
   std::array<std::uint32_t, 4> darts{};  ///< outgoing, counter-clockwise
 };
 
-/// A scan vertex that lies on the graph: on the scan's boundary or on a cut.
+/// A scan vertex that lies on the graph: on the scan's boundary, a feature or a cut, or at the end
+/// of a line.
 struct GraphVertex {
   std::uint32_t vertex = 0;    ///< local
   std::uint32_t triangle = 0;  ///< lowest owned triangle among its segments'; kNone if it has none
@@ -60,6 +61,9 @@ struct VertexDart {
   std::uint32_t graph_vertex = 0;
   std::uint32_t dart = 0;      ///< outgoing
   std::uint32_t neighbor = 0;  ///< local vertex at the other end of the scan edge
+  /// 0 along that edge; else the line that leaves into the triangle to the left of it, counted
+  /// counter-clockwise from 1.
+  std::uint32_t line = 0;
 };
 
 struct TileArrangement {
@@ -81,12 +85,14 @@ struct TileArrangement {
   std::vector<std::uint8_t> open;         ///< one an owned triangle: singular
 
   std::vector<Segment> segments;
-  std::uint32_t first_edge_segment = 0;  ///< segments from here on run along scan edges
+  std::uint32_t first_edge_segment = 0;       ///< segments from here on run along scan edges
+  std::vector<std::uint8_t> segment_feature;  ///< one for each of these
   std::vector<Crossing> crossings;
   std::vector<GraphVertex> vertices;
   std::vector<std::uint32_t> graph_vertex;  ///< one a local vertex; kNone off the graph
   std::vector<VertexDart> vertex_darts;     ///< sorted by graph vertex, then neighbour's global id
-  std::vector<std::uint8_t> piece_cut;      ///< one a piece: on a cut
+  std::vector<std::uint8_t> piece_cut;      ///< one a piece: kCutPiece, kFeaturePiece or 0
+  std::vector<std::uint8_t> edge_feature;   ///< one an edge
 
   std::uint32_t cell_count() const { return cell_begin.back(); }
   std::uint32_t piece(std::uint32_t edge, std::uint32_t i) const {
@@ -94,6 +100,14 @@ struct TileArrangement {
   }
   std::uint32_t points_on(std::uint32_t edge) const {
     return point_begin[edge + 1] - point_begin[edge];
+  }
+  /// The graph vertex of a local vertex, made if need be.
+  std::uint32_t graph_vertex_of(std::uint32_t local) {
+    if (graph_vertex[local] == kNone) {
+      graph_vertex[local] = static_cast<std::uint32_t>(vertices.size());
+      vertices.push_back({local, kNone, false});
+    }
+    return graph_vertex[local];
   }
   std::uint32_t corner_cell(std::uint32_t triangle, std::uint32_t corner) const;
   Vec3d vertex_position(std::uint32_t local) const { return mesh->positions[local].cast<double>(); }
@@ -110,10 +124,16 @@ struct TileArrangement {
   }
 };
 
-/// `density`: lines a period. `cuts`: pieces of scan edges, sorted, that belong to the graph.
-/// The result refers to both arguments. Deterministic. Throws TooManyCrossings if lines cross each
-/// other, or an edge, more often than `most_crossings`.
+inline constexpr std::uint8_t kCutPiece = 1;
+inline constexpr std::uint8_t kFeaturePiece = 2;
+
+/// `density`: lines a period. `cuts`: pieces of scan edges, sorted, that belong to the graph;
+/// `creases`: scan edges as pairs of local vertices that do so wholly. The result refers to the
+/// first two arguments. Deterministic. Throws TooManyCrossings if lines cross each other, or an
+/// edge, more often than `most_crossings`.
 TileArrangement arrange_tile(const TileMesh& mesh, const TileCoordinates& coordinates, int density,
-                             std::span<const PointKey> cuts, std::uint64_t most_crossings);
+                             std::span<const PointKey> cuts,
+                             std::span<const std::array<std::uint32_t, 2>> creases,
+                             std::uint64_t most_crossings);
 
 }  // namespace rattan::layout

@@ -19,6 +19,12 @@ class Tracer {
 
   TracedTile run() {
     find_complete_vertices();
+    on_feature_.assign(c_.ids.size(), 0);
+    for (std::uint32_t e = 0; e < a_.edge_feature.size(); ++e) {
+      if (a_.edge_feature[e] != 0) {
+        on_feature_[c_.edges[e].lo] = on_feature_[c_.edges[e].hi] = 1;
+      }
+    }
     label_cells();
     make_nodes();
     sum_euler();
@@ -27,7 +33,7 @@ class Tracer {
     list_fans();
     for (std::uint32_t i = 0; i < out_.graph.arcs.size(); ++i) {
       const GraphArc& arc = out_.graph.arcs[i];
-      const double long_from = arc.right == kNone ? kLongBoundary : kLongInside;
+      const double long_from = arc.right == kNone || arc.feature ? kLongBoundary : kLongInside;
       if (static_cast<double>(arc.length) > long_from * options_.side) {
         out_.graph.lines.push_back({i, arc_polyline(a_, out_, i)});
       }
@@ -159,25 +165,30 @@ class Tracer {
     for (std::uint32_t i = 0; i < a_.vertices.size(); ++i) {
       const std::uint32_t v = a_.vertices[i].vertex;
       const std::uint32_t n = out_.vertex_begin[i + 1] - out_.vertex_begin[i];
-      const bool corner = std::binary_search(corners_.begin(), corners_.end(), v);
-      if (complete_[v] != 0 && n == 2 && !corner) {
+      std::uint8_t flags =
+          std::binary_search(corners_.begin(), corners_.end(), v) ? kCornerNode : 0;
+      if (options_.features != nullptr && options_.features->is_corner(c_.ids[v])) {
+        const bool end = options_.features->is_loose_end(c_.ids[v]) && !a_.vertices[i].boundary;
+        flags |= end ? kFeatureEndNode : kFeatureCornerNode;
+      }
+      if (complete_[v] != 0 && n == 2 && flags == 0) {
         continue;
       }
-      out_.vertex_node[i] = add_node(vertex_node(v, a_.vertices[i].triangle, corner));
+      out_.vertex_node[i] = add_node(vertex_node(v, a_.vertices[i].triangle, flags));
     }
     for (const std::uint32_t v : corners_) {
       if (a_.graph_vertex[v] == kNone) {
-        add_node(vertex_node(v, kNone, true));
+        add_node(vertex_node(v, kNone, kCornerNode));
       }
     }
   }
 
-  GraphNode vertex_node(std::uint32_t v, std::uint32_t triangle, bool corner) const {
+  GraphNode vertex_node(std::uint32_t v, std::uint32_t triangle, std::uint8_t flags) const {
     GraphNode n;
     n.key = PointKey::vertex(c_.ids[v]);
     n.position = a_.vertex_position(v);
     n.triangle = triangle == kNone ? ~std::uint64_t{0} : global_triangle(triangle);
-    n.flags = corner ? kCornerNode : 0;
+    n.flags = flags;
     return n;
   }
 
@@ -229,7 +240,7 @@ class Tracer {
       const std::uint32_t g = p & ~kTagMask;
       for (std::uint32_t i = out_.vertex_begin[g]; i < out_.vertex_begin[g + 1]; ++i) {
         if (a_.vertex_darts[i].dart == dart) {
-          return c_.ids[a_.vertex_darts[i].neighbor];
+          return vertex_slot(c_.ids[a_.vertex_darts[i].neighbor], a_.vertex_darts[i].line);
         }
       }
     } else {
@@ -263,7 +274,8 @@ class Tracer {
   TraceOptions options_;
   TracedTile out_;
   std::vector<std::uint8_t> complete_;
-  std::vector<std::uint32_t> corners_;  // ascending
+  std::vector<std::uint8_t> on_feature_;  // one a local vertex: end of a sharp edge
+  std::vector<std::uint32_t> corners_;    // ascending
 };
 
 /// Dart after `dart` on its arc; kNone if it ends at a node.
@@ -307,7 +319,9 @@ void Tracer::trace(std::uint32_t first) {
     out_.arc_of_segment[s] = id;
     arc.length += fixed_length(a_.position(a_.segments[s].from), a_.position(a_.segments[s].to),
                                options_.length_scale);
-    arc.cut = arc.cut || (s >= a_.first_edge_segment && a_.segments[s].right != kNone);
+    if (s >= a_.first_edge_segment && a_.segments[s].right != kNone) {
+      (a_.segment_feature[s - a_.first_edge_segment] != 0 ? arc.feature : arc.cut) = true;
+    }
     d = next_dart(a_, out_, d);
     if (d == first) {
       break;
@@ -362,6 +376,7 @@ void Tracer::list_border() {
     b.lo_node = vertex_node(edge.lo);
     b.hi_node = vertex_node(edge.hi);
     b.maybe_boundary = place == EdgePlace::kUnknown;
+    b.feature = a_.edge_feature[e] != 0;
     for (std::uint32_t i = 0; i <= b.points; ++i) {
       g.border_labels.push_back(face(owned_cell(a_.piece(e, i))));
     }
@@ -376,6 +391,17 @@ void Tracer::list_fans() {
       if (v >= mesh_.extent.first && v - mesh_.extent.first < mesh_.extent.owned) {
         wanted.push_back(v);
       }
+    }
+  }
+  // Vertices of features: wherever more than two parts of the graph meet, or may do so unseen.
+  for (std::uint32_t v = 0; v < mesh_.extent.owned; ++v) {
+    if (c_.pins[v] == 0 && a_.graph_vertex[v] == kNone) {
+      continue;
+    }
+    const std::uint32_t g = a_.graph_vertex[v];
+    const std::uint32_t n = g == kNone ? 0 : out_.vertex_begin[g + 1] - out_.vertex_begin[g];
+    if (complete_[v] == 0 ? c_.pins[v] != 0 || on_feature_[v] != 0 : n > 2) {
+      wanted.push_back(c_.ids[v]);
     }
   }
   if (wanted.empty()) {

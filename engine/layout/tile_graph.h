@@ -10,10 +10,14 @@
 
 #include "engine/layout/graph_keys.h"
 #include "engine/layout/tile_arrangement.h"
+#include "engine/mesh/features.h"
 
 namespace rattan::layout {
 
 inline constexpr std::uint8_t kCornerNode = 1;
+/// Where feature curves meet or turn sharply.
+inline constexpr std::uint8_t kFeatureCornerNode = 2;
+inline constexpr std::uint8_t kFeatureEndNode = 4;  ///< in the middle of the surface
 
 /// Longer edges get vertices in between, in units of the cells' side.
 inline constexpr double kLongBoundary = 1.5;
@@ -32,14 +36,24 @@ struct GraphNode {
 /// A path of segments between nodes. Faces are the tile's local ones.
 struct GraphArc {
   std::array<std::uint32_t, 2> node{kNone, kNone};  ///< kNone: a closed line without a node
-  /// Place in the rotation about its ends: 0..3 counter-clockwise, or at a scan vertex the global
-  /// id of the neighbour it leaves towards.
+  /// Place in the rotation about its ends: 0..3 counter-clockwise, or at a scan vertex the
+  /// direction it leaves in (vertex_slot).
   std::array<std::uint64_t, 2> slot{0, 0};
   std::uint32_t left = 0;
   std::uint32_t right = 0;  ///< kNone beyond the scan's boundary
   std::int64_t length = 0;  ///< fixed point, so that sums don't depend on their order
   bool cut = false;         ///< contains a piece of a cut
+  bool feature = false;     ///< contains a piece of a feature
 };
+
+/// Direction from a scan vertex: along the edge to a neighbour, or the line-th line to the left of
+/// that edge.
+inline std::uint64_t vertex_slot(std::uint64_t neighbor, std::uint32_t line) {
+  return neighbor << 3 | line;
+}
+inline std::uint64_t slot_neighbor(std::uint64_t slot) {
+  return slot >> 3;
+}
 
 /// One side of an edge whose other triangle, if there is one, belongs to another tile.
 struct BorderEdge {
@@ -53,6 +67,7 @@ struct BorderEdge {
   std::uint32_t hi_node = kNone;
   bool left = false;  ///< the owned triangle is left of lo -> hi
   bool maybe_boundary = false;
+  bool feature = false;
 };
 
 struct BorderVertex {
@@ -60,7 +75,8 @@ struct BorderVertex {
   std::uint32_t face = 0;
 };
 
-/// Rotation about a scan vertex on a cut: neighbour number `rank`, counter-clockwise.
+/// Rotation about a scan vertex where more than two parts of the graph may meet: neighbour number
+/// `rank`, counter-clockwise.
 struct FanEntry {
   std::uint64_t vertex = 0;
   std::uint64_t neighbor = 0;
@@ -111,6 +127,7 @@ struct TraceOptions {
   double length_scale = 1.0;   ///< fixed-point units per length
   double side = 1.0;           ///< of the cells, in fixed-point units
   double corner_cosine = 0.5;  ///< boundary vertices that turn further are nodes
+  const FeatureSet* features = nullptr;
 };
 
 /// Length of a segment in fixed point.

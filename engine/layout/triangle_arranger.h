@@ -65,8 +65,12 @@ class TriangleArranger {
       }
     }
     partner_.assign(ports, kNone);
+    lines_at_corner_ = {0, 0, 0};
     if (h.r == 0) {
       join_aligned();
+      if (a_.open[triangle] == 0) {
+        end_at_corners();
+      }
     } else {
       join_corners();
     }
@@ -141,7 +145,7 @@ class TriangleArranger {
       }
     }
     if (odd < 0) {
-      return;
+      return;  // one side only: its lines end in the corner opposite to it
     }
     const auto size = [&](int k) { return static_cast<int>(begin[k + 1] - begin[k]); };
     const int next = (odd + 1) % 3;
@@ -201,6 +205,87 @@ class TriangleArranger {
     }
   }
 
+  /// In a closed triangle, a line that crosses one side only runs through the corner opposite to
+  /// it, a pinned vertex: it ends there. Such corners become ports in front of their sides', in the
+  /// order in which their lines don't cross.
+  void end_at_corners() {
+    const auto ports = static_cast<std::uint32_t>(partner_.size());
+    std::uint32_t loose = 0;
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      for (std::uint32_t q = offset_[k]; q < offset_[k + 1]; ++q) {
+        if (partner_[q] == kNone) {
+          ++lines_at_corner_[(k + 2) % 3];
+          ++loose;
+        }
+      }
+    }
+    if (loose == 0) {
+      return;
+    }
+    // New numbers: the corner's lines, then the side's ports.
+    std::array<std::uint32_t, 3> corner_begin{};
+    std::array<std::uint32_t, 4> begin{};
+    std::uint32_t at = 0;
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      corner_begin[k] = at;
+      at += lines_at_corner_[k];
+      begin[k] = at;
+      at += offset_[k + 1] - offset_[k];
+    }
+    begin[3] = at;
+    moved_.resize(ports);
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      for (std::uint32_t q = offset_[k]; q < offset_[k + 1]; ++q) {
+        moved_[q] = begin[k] + q - offset_[k];
+      }
+    }
+    const std::vector<std::uint32_t> old_partner = partner_;
+    const std::vector<std::uint32_t> old_point = point_;
+    partner_.assign(at, kNone);
+    point_.assign(at, kNone);
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t c = (k + 2) % 3;
+      // The first along the side takes the corner's last.
+      std::uint32_t end = corner_begin[c] + lines_at_corner_[c];
+      for (std::uint32_t q = offset_[k]; q < offset_[k + 1]; ++q) {
+        point_[moved_[q]] = old_point[q];
+        if (old_partner[q] != kNone) {
+          partner_[moved_[q]] = moved_[old_partner[q]];
+        } else {
+          join(moved_[q], --end);
+        }
+      }
+      const LocalTriangle& t = a_.mesh->triangles[triangle_];
+      for (std::uint32_t q = corner_begin[c]; q < corner_begin[c] + lines_at_corner_[c]; ++q) {
+        point_[q] = kVertexTag | a_.graph_vertex_of(t[c]);
+      }
+    }
+    offset_ = begin;
+  }
+
+  /// Corner of a port that is one, 3 otherwise.
+  std::uint32_t corner_of(std::uint32_t port) const {
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      if (port < offset_[k] && port + lines_at_corner_[k] >= offset_[k]) {
+        return k;
+      }
+    }
+    return 3;
+  }
+
+  /// Lists the dart that leaves a port into this triangle where it starts.
+  void leave(std::uint32_t port, std::uint32_t dart) {
+    const std::uint32_t k = corner_of(port);
+    if (k == 3) {
+      a_.point_darts[point_[port]][dart_slot(port)] = dart;
+      return;
+    }
+    const LocalTriangle& t = a_.mesh->triangles[triangle_];
+    const std::uint32_t g = point_[port] & ~kTagMask;
+    a_.vertex_darts.push_back({g, dart, t[(k + 1) % 3], offset_[k] - port});
+    a_.vertices[g].triangle = std::min(a_.vertices[g].triangle, triangle_);
+  }
+
   void find_crossings() {
     const auto ports = static_cast<std::uint32_t>(partner_.size());
     chords_.clear();
@@ -245,8 +330,8 @@ class TriangleArranger {
         a_.segments.push_back({from, to, kNone, kNone, triangle_});
         from = to;
       }
-      a_.point_darts[point_[x.a]][dart_slot(x.a)] = 2 * (base + x.first_segment);
-      a_.point_darts[point_[x.b]][dart_slot(x.b)] = 2 * (base + x.first_segment + n) + 1;
+      leave(x.a, 2 * (base + x.first_segment));
+      leave(x.b, 2 * (base + x.first_segment + n) + 1);
     }
   }
 
@@ -433,6 +518,10 @@ class TriangleArranger {
 
   /// Barycentric place of a port, with respect to the second and third corner.
   Vec2d place(std::uint32_t port) const {
+    const std::uint32_t corner = corner_of(port);
+    if (corner < 3) {
+      return {corner == 1 ? 1.0 : 0.0, corner == 2 ? 1.0 : 0.0};
+    }
     const std::uint32_t k = side_of(port);
     const double t = a_.point_t[point_[port]];
     const double u = forward_[k] ? t : 1.0 - t;
@@ -471,7 +560,9 @@ class TriangleArranger {
   std::array<bool, 3> forward_{};
   std::array<std::uint32_t, 4> offset_{};
   std::array<std::vector<std::uint32_t>, 2> family_;
+  std::array<std::uint32_t, 3> lines_at_corner_{};
   std::vector<std::uint32_t> point_;
+  std::vector<std::uint32_t> moved_;
   std::vector<std::uint32_t> partner_;
   std::vector<Chord> chords_;
   std::vector<Entry> entries_;

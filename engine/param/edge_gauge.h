@@ -26,7 +26,24 @@ struct EdgeGauge {
   double delta_perp = 0.0;
 };
 
+/// (K . e, K_perp . e) at a vertex. Normals of vertices on creases belong to neither side, so that
+/// what lies across the curve is foreshortened there: it is restored from the length of `e`.
+inline Vec2d frame_parts(const VertexFrame& f, const Vec3d& k, const Vec3d& perp, const Vec3d& e) {
+  Vec2d parts(k.dot(e), perp.dot(e));
+  if (f.pins == kPinTheta || f.pins == kPinPhi) {
+    const int across = f.pins == kPinTheta ? 0 : 1;
+    const double length2 = e.squaredNorm();
+    const double along2 = parts[1 - across] * parts[1 - across];
+    if (along2 < 0.9 * length2) {
+      const double whole = std::sqrt(length2 - along2);
+      parts[across] = parts[across] >= 0.0 ? whole : -whole;
+    }
+  }
+  return parts;
+}
+
 /// `omega`: the period, a length. Call with i the lower global id; reverse() gives the other way.
+/// At corners K means nothing: the other end speaks for both.
 inline EdgeGauge edge_gauge(const VertexFrame& i, const VertexFrame& j, double omega) {
   const Vec3d n_i = i.normal.cast<double>();
   const Vec3d n_j = j.normal.cast<double>();
@@ -42,23 +59,40 @@ inline EdgeGauge edge_gauge(const VertexFrame& i, const VertexFrame& j, double o
   } else {
     g.r = turned >= 0.0 ? 1 : 3;
   }
-  Vec3d k = k_j;
-  Vec3d k_perp = perp_j;
-  if (g.r == 1) {
-    k = perp_j;
-    k_perp = -k_j;
-  } else if (g.r == 2) {
-    k = -k_j;
-    k_perp = -perp_j;
-  } else if (g.r == 3) {
-    k = -perp_j;
-    k_perp = k_j;
-  }
   const Vec3d e = (j.position.cast<double>() - i.position.cast<double>());
   const double f = exact::kPi / omega;
-  g.delta = f * (static_cast<double>(i.scale) * k_i + static_cast<double>(j.scale) * k).dot(e);
-  g.delta_perp =
-      f * (static_cast<double>(i.scale) * perp_i + static_cast<double>(j.scale) * k_perp).dot(e);
+  if ((i.pins | j.pins) == 0) {
+    Vec3d k = k_j;
+    Vec3d k_perp = perp_j;
+    if (g.r == 1) {
+      k = perp_j;
+      k_perp = -k_j;
+    } else if (g.r == 2) {
+      k = -k_j;
+      k_perp = -perp_j;
+    } else if (g.r == 3) {
+      k = -perp_j;
+      k_perp = k_j;
+    }
+    g.delta = f * (static_cast<double>(i.scale) * k_i + static_cast<double>(j.scale) * k).dot(e);
+    g.delta_perp =
+        f * (static_cast<double>(i.scale) * perp_i + static_cast<double>(j.scale) * k_perp).dot(e);
+    return g;
+  }
+  const Vec2d near = static_cast<double>(i.scale) * frame_parts(i, k_i, perp_i, e);
+  Vec2d far = static_cast<double>(j.scale) * frame_parts(j, k_j, perp_j, e);
+  if (g.r == 1) {
+    far = Vec2d(far.y(), -far.x());
+  } else if (g.r == 2) {
+    far = -far;
+  } else if (g.r == 3) {
+    far = Vec2d(-far.y(), far.x());
+  }
+  const bool only_far = i.pins == kPinBoth && j.pins != kPinBoth;
+  const bool only_near = j.pins == kPinBoth && i.pins != kPinBoth;
+  const Vec2d sum = only_far ? Vec2d(2.0 * far) : (only_near ? Vec2d(2.0 * near) : near + far);
+  g.delta = f * sum.x();
+  g.delta_perp = f * sum.y();
   return g;
 }
 

@@ -47,13 +47,22 @@ SurfaceField prepare_geometry(Store& store, const ScanMesh& mesh, const FieldOpt
                               TaskGraph& tasks, const SurfaceField* previous) {
   SurfaceField field;
   field.options = options;
+  if (previous == nullptr) {
+    build_vertex_graph(store, mesh, tasks);
+  }
+  FeatureOptions features = options.features;
+  features.side = std::max(options.quad_side, mesh.mean_edge_length);
+  field.features = std::make_shared<const FeatureSet>(
+      options.find_features ? find_features(store, mesh, features, tasks) : FeatureSet{});
   field.low_pass.radius = capped_low_pass_radius(mesh, options.low_pass * options.quad_side);
+  field.low_pass.features = field.features.get();
   field.geometry.energy = options.energy;
   field.geometry.curvature_rounds =
       curvature_rounds(mesh, options.curvature_reach * options.quad_side);
-  if (previous == nullptr) {
-    build_vertex_graph(store, mesh, tasks);
-  } else if (field.low_pass == previous->low_pass && field.geometry == previous->geometry) {
+  const bool same_surface = previous != nullptr && field.features->empty() &&
+                            previous->features->empty() &&
+                            field.low_pass.radius == previous->low_pass.radius;
+  if (same_surface && field.geometry == previous->geometry) {
     field.area = previous->area;
     field.hierarchy = previous->hierarchy;
     return field;
@@ -73,11 +82,13 @@ void smooth_field(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskG
   smoothing.fitting_length = std::max(fitting_length(mesh, options), 1e-30);
   smoothing.floor_curvature = 1.0 / std::max(kFlatEdges * mesh.mean_edge_length, 1e-30);
   smoothing.align_boundary = options.align_boundary;
+  smoothing.features = field.features.get();
+  smoothing.pin = options.pin_features;
   assemble_smoothing(store, mesh, smoothing, tasks);
   field.reports.push_back(solve(store, mesh, fields::kSmoothingSystem, field,
                                 options.smoothing_solve, options.reference, "smoothing", tasks));
   store.erase(fields::kSmoothingSystem.coefficient.name);
-  write_frames(store, mesh, options.symmetry, tasks);
+  write_frames(store, mesh, smoothing, tasks);
 }
 
 void correct_curl(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskGraph& tasks) {
@@ -95,10 +106,28 @@ void correct_curl(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskG
 
 SolveReport parameterize(Store& store, const ScanMesh& mesh, const SurfaceField& field,
                          const ParamOptions& options, TaskGraph& tasks) {
-  assemble_phase(store, mesh, options.omega, tasks);
-  SolveReport report = solve(store, mesh, fields::kPhaseSystem, field, options.solve,
-                             options.reference, "parameterization", tasks);
-  store.erase(fields::kPhaseSystem.coefficient.name);
+  const bool pinned = field.features != nullptr && !field.features->empty();
+  const bool pulled = pinned && options.density % 2 == 1;
+  const SystemFields<PairBlock>& system =
+      pulled ? fields::kPulledPhaseSystem
+             : (pinned ? fields::kPinnedPhaseSystem : fields::kPhaseSystem);
+  if (pulled) {
+    assemble_pulled_phase(store, mesh, options.omega, tasks);
+  } else if (pinned) {
+    assemble_pinned_phase(store, mesh, options.omega, tasks);
+  } else {
+    assemble_phase(store, mesh, options.omega, tasks);
+  }
+  SolveReport report = solve(store, mesh, system, field, options.solve, options.reference,
+                             "parameterization", tasks);
+  store.erase(system.coefficient.name);
+  if (pinned) {
+    store.erase(system.part_diagonal.name);
+  }
+  if (pinned && !pulled) {
+    store.erase(system.row_begin.name);
+    store.erase(system.neighbor.name);
+  }
   return report;
 }
 

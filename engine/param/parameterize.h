@@ -13,6 +13,7 @@
 #include "engine/field/curvature.h"
 #include "engine/field/low_pass.h"
 #include "engine/field/smoothing.h"
+#include "engine/mesh/features.h"
 #include "engine/mesh/tile_mesh.h"
 #include "engine/solve/solver.h"
 
@@ -33,6 +34,11 @@ struct FieldOptions {
   std::optional<double> smoothing;
   double fitting_length = 3.0;
   bool align_boundary = true;
+  /// Sharp edges and long boundary loops; `side` is filled in.
+  bool find_features = true;
+  FeatureOptions features;
+  /// Along features one coordinate is an integer line.
+  bool pin_features = true;
   /// Power of the curl correction: 0 none, 1 full (PGP 4.1).
   double curl_power = 0.2;
   HierarchyOptions hierarchy;
@@ -51,6 +57,8 @@ struct FieldOptions {
 struct ParamOptions {
   /// Period of the phases, a length: quad side times lines per period.
   double omega = 2.0;
+  /// Lines a period: where pinned coordinates may lie.
+  int density = 2;
   SolveOptions solve{.penalty = 0.2F,
                      .coarse_stiffness = 1.0F,
                      .passes = 1,
@@ -69,7 +77,8 @@ struct SurfaceField {
   LowPassOptions low_pass;   ///< what prepare_geometry made of the options
   GeometryOptions geometry;  ///< likewise
   std::shared_ptr<const Hierarchy> hierarchy;
-  double area = 0.0;  ///< of the low-passed surface
+  std::shared_ptr<const FeatureSet> features;  ///< never null once prepared
+  double area = 0.0;                           ///< of the low-passed surface
   std::vector<SolveReport> reports;
 };
 

@@ -13,6 +13,15 @@ namespace rattan {
 namespace fields {
 inline constexpr SystemFields<PairBlock> kPhaseSystem{
     kRowBegin, kNeighbor, {"param/coefficient"}, kDiagonal, {}, {}, kPhase};
+/// With feature curves and an odd number of lines a period: pinned vertices (VertexFrame::pins) are
+/// pulled to a line.
+inline constexpr SystemFields<PairBlock> kPulledPhaseSystem{
+    kRowBegin,      kNeighbor, {"param/coefficient"}, kDiagonal, {},
+    {"param/pull"}, kPhase,    {"param/pin"}};
+/// With an even number: rows of pinned vertices have edges to themselves.
+inline constexpr SystemFields<PairBlock> kPinnedPhaseSystem{
+    {"param/row_begin"}, {"param/neighbor"}, {"param/coefficient"}, kDiagonal, {}, {}, kPhase,
+    {"param/pin"}};
 }  // namespace fields
 
 /// C_ij = w T_ij from the edge's gauge along i -> j.
@@ -41,5 +50,13 @@ inline PairValue apply(const PairBlock::Coefficient& c, const PairValue& x) {
 /// One pass: writes the coefficients of kPhaseSystem (no fit, no rhs) from kFrame and the graph.
 /// `omega`: the period, a length.
 void assemble_phase(Store& store, const ScanMesh& mesh, double omega, TaskGraph& tasks);
+
+/// The same for kPulledPhaseSystem: adds p |U - 1|^2 for every U pinned, likewise for V, which
+/// holds their angles at 0.
+void assemble_pulled_phase(Store& store, const ScanMesh& mesh, double omega, TaskGraph& tasks);
+
+/// The same for kPinnedPhaseSystem: adds p Im(U)^2 for every U pinned, likewise for V, which holds
+/// their angles at 0 or pi: on lines, if their number a period is even.
+void assemble_pinned_phase(Store& store, const ScanMesh& mesh, double omega, TaskGraph& tasks);
 
 }  // namespace rattan

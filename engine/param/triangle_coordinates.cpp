@@ -154,9 +154,11 @@ TileCoordinates tile_coordinates(const TileMesh& mesh, std::span<const VertexFra
   ensure(frames.size() == n && phases.size() == n, "fields cover a tile's local vertices");
   c.ids.resize(n);
   c.angles.resize(n);
+  c.pins.resize(n);
   for (std::uint32_t v = 0; v < n; ++v) {
     c.ids[v] = mesh.global_id(v);
     c.angles[v] = phase_angles(phases[v]);
+    c.pins[v] = static_cast<std::uint8_t>(frames[v].pins);
   }
   connect(mesh, c);
   for (TileEdge& e : c.edges) {

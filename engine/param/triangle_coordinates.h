@@ -80,6 +80,7 @@ struct TileEdge {
 struct TileCoordinates {
   std::vector<std::uint64_t> ids;         ///< global id of each local vertex
   std::vector<PhaseAngles> angles;        ///< one a local vertex
+  std::vector<std::uint8_t> pins;         ///< one a local vertex: VertexFrame::pins
   std::vector<TileEdge> edges;            ///< grouped by lo, ascending by local numbers
   std::vector<std::uint32_t> edge_begin;  ///< local vertices + 1: the edges whose lo it is
   std::vector<std::uint32_t> side_edge;   ///< 3 a triangle of the chunk

@@ -6,6 +6,8 @@
 #include <tuple>
 #include <vector>
 
+#include "engine/remesh/collapse_quads.h"
+
 namespace rattan {
 namespace {
 
@@ -46,7 +48,7 @@ class Balancer {
       }
       if (kind == kCollapse) {
         if (collapse_gain(h) > 0 && may_collapse(h)) {
-          collapse(h);
+          collapse_quad(map_, h);
           ++report.collapsed;
           any = true;
         }
@@ -72,7 +74,7 @@ class Balancer {
     const std::uint32_t f = map_.face(h);
     return !map_.is_hole(f) && map_.degree(f) == 4;
   }
-  bool inner(std::uint32_t v) const { return !map_.on_boundary(v) && !map_.is_corner(v); }
+  bool inner(std::uint32_t v) const { return !map_.on_curve(v) && !map_.is_corner(v); }
 
   /// Corners of the quad from origin(h) on.
   std::array<std::uint32_t, 4> corners(std::uint32_t h) const {
@@ -97,35 +99,8 @@ class Balancer {
 
   bool may_collapse(std::uint32_t h) const {
     const auto [a, b, c, d] = corners(h);
-    if (a == c || b == d || map_.valence(a) + map_.valence(c) < 5 ||
-        map_.normal(a).dot(map_.normal(c)) < kFlat || map_.normal(b).dot(map_.normal(d)) < kFlat) {
-      return false;
-    }
-    // Any neighbour in common but b and d would get two edges to the merged vertex.
-    std::uint32_t shared = 0;
-    const std::uint32_t start = map_.vertex_half(a);
-    std::uint32_t e = start;
-    do {
-      const std::uint32_t w = map_.target(e);
-      if (w == c) {
-        return false;
-      }
-      shared += map_.adjacent(w, c);
-      e = map_.around(e);
-    } while (e != start);
-    return shared == 2;
-  }
-
-  void collapse(std::uint32_t h) {
-    const std::uint32_t opposite = map_.next(map_.next(h));
-    const std::uint32_t a = map_.origin(h), c = map_.origin(opposite);
-    const Vec3d middle = 0.5 * (map_.position(a) + map_.position(c));
-    const std::uint32_t x = map_.split_face(h, opposite);
-    const std::uint32_t sides[2] = {map_.face(x), map_.face(CellMap::twin(x))};
-    map_.contract_edge(x, middle);
-    for (const std::uint32_t f : sides) {
-      map_.erase_edge(map_.face_half(f));
-    }
+    return map_.normal(a).dot(map_.normal(c)) >= kFlat &&
+           map_.normal(b).dot(map_.normal(d)) >= kFlat && collapsible(map_, h);
   }
 
   /// Half-edges out of the corners that h is turned to, one in each of its quads.

@@ -15,6 +15,7 @@ struct Side {
   std::uint64_t hi;
   std::uint32_t local_lo;
   std::uint32_t local_hi;
+  bool reversed;  ///< the triangle runs from hi to lo
   bool operator<(const Side& o) const { return lo != o.lo ? lo < o.lo : hi < o.hi; }
 };
 
@@ -55,11 +56,12 @@ BoundaryCurve::BoundaryCurve(Store& store, const ScanMesh& mesh, TaskGraph& grap
           for (std::size_t c = 0; c < 3; ++c) {
             std::uint32_t a = t[c];
             std::uint32_t b = t[(c + 1) % 3];
-            if (s.mesh.global_id(a) > s.mesh.global_id(b)) {
+            const bool reversed = s.mesh.global_id(a) > s.mesh.global_id(b);
+            if (reversed) {
               std::swap(a, b);
             }
             if (a < s.mesh.extent.owned && (s.flags[a] & kOnBoundary) != 0) {
-              s.sides.push_back({s.mesh.global_id(a), s.mesh.global_id(b), a, b});
+              s.sides.push_back({s.mesh.global_id(a), s.mesh.global_id(b), a, b, reversed});
             }
           }
         }
@@ -80,6 +82,7 @@ BoundaryCurve::BoundaryCurve(Store& store, const ScanMesh& mesh, TaskGraph& grap
       [&](TileId, State& s) {
         for (const Side& side : s.sides) {
           edges.push_back({side.lo, side.hi});
+          reversed_.push_back(side.reversed ? 1 : 0);
           ends_.push_back(s.mesh.positions[side.local_lo]);
           ends_.push_back(s.mesh.positions[side.local_hi]);
         }
@@ -112,8 +115,34 @@ BoundaryCurve::BoundaryCurve(Store& store, const ScanMesh& mesh, TaskGraph& grap
   for (std::uint32_t i = 0; i < edges.size(); ++i) {
     segments_.push_back({2 * i, 2 * i + 1, 2 * i});
     loop_.push_back(number[root(parent, rank(edges[i][0]))]);
+    const bool r = reversed_[i] != 0;
+    path_.push_back({rank(edges[i][r ? 1 : 0]), rank(edges[i][r ? 0 : 1])});
   }
   index_ = std::make_unique<TriangleIndex>(ends_, segments_, 0, loop_);
+}
+
+std::vector<std::vector<Vec3d>> BoundaryCurve::loops() const {
+  constexpr std::uint32_t kNone = 0xffffffffU;
+  std::uint32_t vertices = 0;
+  for (const auto& p : path_) {
+    vertices = std::max({vertices, p[0] + 1, p[1] + 1});
+  }
+  std::vector<std::uint32_t> out(vertices, kNone);  // the segment that leaves each vertex
+  for (std::uint32_t i = 0; i < path_.size(); ++i) {
+    out[path_[i][0]] = i;
+  }
+  std::vector<std::vector<Vec3d>> result(loops_);
+  std::vector<std::uint8_t> used(path_.size(), 0);
+  for (std::uint32_t i = 0; i < path_.size(); ++i) {
+    if (!result[loop_[i]].empty()) {
+      continue;
+    }
+    for (std::uint32_t at = i; at != kNone && used[at] == 0; at = out[path_[at][1]]) {
+      used[at] = 1;
+      result[loop_[i]].push_back(ends_[2 * at + reversed_[at]].cast<double>());
+    }
+  }
+  return result;
 }
 
 BoundaryCurve::Point BoundaryCurve::result(const Vec3d& p, const ClosestHit& hit) const {

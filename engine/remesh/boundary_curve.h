@@ -3,8 +3,10 @@
 
 // The boundary of the scan as polylines, for boundary vertices to slide along.
 
+#include <array>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "engine/core/store.h"
@@ -29,6 +31,8 @@ class BoundaryCurve {
   bool empty() const { return segments_.empty(); }
   std::size_t segment_count() const { return segments_.size(); }
   std::uint32_t loop_count() const { return loops_; }
+  /// The corners of each loop in order, the surface on their left. Built from what is held anyway.
+  std::vector<std::vector<Vec3d>> loops() const;
   /// Closest point of all loops; ties go to the lowest segment.
   Point closest(const Vec3d& p) const;
   /// Closest point of one loop.
@@ -40,6 +44,9 @@ class BoundaryCurve {
   std::vector<Vec3f> ends_;              ///< two a segment
   std::vector<LocalTriangle> segments_;  ///< as triangles without area
   std::vector<std::uint32_t> loop_;      ///< one a segment
+  /// One a segment: its ends as numbers of boundary vertices, the surface on the left.
+  std::vector<std::array<std::uint32_t, 2>> path_;
+  std::vector<std::uint8_t> reversed_;  ///< one a segment: its path runs from the second end
   std::uint32_t loops_ = 0;
   std::unique_ptr<TriangleIndex> index_;
 };

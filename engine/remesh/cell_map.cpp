@@ -15,6 +15,11 @@ namespace rattan {
 
 CellMap::CellMap(CellComplex&& cells) {
   connect(std::move(cells.mesh), cells.corner_edge, cells.edge_count);
+  for (std::uint32_t e = 0; e < cells.edge_feature.size(); ++e) {
+    if (cells.edge_feature[e] != 0) {
+      set_feature(2 * e, true);
+    }
+  }
 }
 
 CellMap::CellMap(PolygonMesh&& mesh) {
@@ -25,7 +30,14 @@ CellMap::CellMap(PolygonMesh&& mesh) {
     edges += i == 0 || sides[i].low != sides[i - 1].low || sides[i].high != sides[i - 1].high;
     corner_edge[sides[i].corner] = edges - 1;
   }
+  const std::vector<std::array<std::uint32_t, 2>> features = std::move(mesh.feature_edges);
   connect(std::move(mesh), corner_edge, edges);
+  for (const auto& [u, v] : features) {
+    const std::uint32_t h = find_half(u, v);
+    if (h != kNone) {
+      set_feature(h, true);
+    }
+  }
 }
 
 void CellMap::connect(PolygonMesh&& mesh, std::span<const std::uint32_t> corner_edge,
@@ -44,6 +56,7 @@ void CellMap::connect(PolygonMesh&& mesh, std::span<const std::uint32_t> corner_
   prev_.assign(halves, kNone);
   origin_.assign(halves, kNone);
   face_.assign(halves, kNone);
+  feature_.assign(edge_count, 0);
 
   std::vector<std::uint32_t> face_edges;
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
@@ -108,7 +121,7 @@ void CellMap::connect(PolygonMesh&& mesh, std::span<const std::uint32_t> corner_
 
   // One vertex a fan.
   for (std::uint8_t& flag : flags_) {
-    flag &= static_cast<std::uint8_t>(~kBoundaryVertex);
+    flag &= static_cast<std::uint8_t>(~(kBoundaryVertex | kFeatureVertex));
   }
   std::vector<std::uint8_t> seen(halves, 0);
   for (std::uint32_t start = 0; start < halves; ++start) {
@@ -133,12 +146,21 @@ void CellMap::connect(PolygonMesh&& mesh, std::span<const std::uint32_t> corner_
   }
 }
 
+void CellMap::set_feature(std::uint32_t h, bool feature) {
+  feature_[h >> 1] = feature ? 1 : 0;
+  if (feature) {
+    flags_[origin_[h]] |= kFeatureVertex;
+    flags_[origin_[twin(h)]] |= kFeatureVertex;
+  }
+}
+
 std::uint32_t CellMap::add_edge() {
   const std::uint32_t h = half_count();
   next_.resize(h + 2, kNone);
   prev_.resize(h + 2, kNone);
   origin_.resize(h + 2, kNone);
   face_.resize(h + 2, kNone);
+  feature_.push_back(0);
   return h;
 }
 
@@ -311,6 +333,9 @@ std::uint32_t CellMap::split_edge(std::uint32_t h, const Vec3d& position) {
   }
   vertex_half_[w] = h2;
   valence_[w] = 2;
+  if (is_feature(h)) {
+    set_feature(h2, true);
+  }
   return h2;
 }
 
@@ -472,6 +497,12 @@ PolygonMesh CellMap::to_mesh() const {
       h = next_[h];
     } while (h != face_half_[f]);
     mesh.face_begin.push_back(mesh.corners.size());
+  }
+  for (std::uint32_t h = 0; h < half_count(); h += 2) {
+    if (half_alive(h) && is_feature(h) && !hole_[face_[h]] && !hole_[face_[twin(h)]]) {
+      const auto ends = std::minmax(number[origin_[h]], number[target(h)]);
+      mesh.feature_edges.push_back({ends.first, ends.second});
+    }
   }
   return mesh;
 }

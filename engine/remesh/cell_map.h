@@ -52,7 +52,16 @@ class CellMap {
   /// Ends of edges at the vertex; a loop counts twice.
   std::uint32_t valence(std::uint32_t v) const { return valence_[v]; }
   bool on_boundary(std::uint32_t v) const { return (flags_[v] & kBoundaryVertex) != 0; }
+  bool on_feature(std::uint32_t v) const { return (flags_[v] & kFeatureVertex) != 0; }
+  /// On the boundary or a feature.
+  bool on_curve(std::uint32_t v) const {
+    return (flags_[v] & (kBoundaryVertex | kFeatureVertex)) != 0;
+  }
+  /// The edge follows a feature of the scan.
+  bool is_feature(std::uint32_t h) const { return feature_[h >> 1] != 0; }
+  void set_feature(std::uint32_t h, bool feature);
   bool is_corner(std::uint32_t v) const { return (flags_[v] & kCornerVertex) != 0; }
+  void set_corner(std::uint32_t v) { flags_[v] |= kCornerVertex; }
   const Vec3d& position(std::uint32_t v) const { return positions_[v]; }
   void set_position(std::uint32_t v, const Vec3d& p) { positions_[v] = p; }
   const Vec3d& normal(std::uint32_t v) const { return normals_[v]; }
@@ -114,6 +123,7 @@ class CellMap {
   void kill_edge(std::uint32_t h) { origin_[h] = origin_[twin(h)] = kNone; }
 
   std::vector<std::uint32_t> next_, prev_, origin_, face_;
+  std::vector<std::uint8_t> feature_;  ///< one an edge
   std::vector<std::uint32_t> face_half_, degree_;
   std::vector<std::uint8_t> hole_;
   std::vector<std::uint32_t> vertex_half_, valence_;

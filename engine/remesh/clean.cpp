@@ -12,6 +12,8 @@ namespace rattan {
 namespace {
 
 constexpr std::uint32_t kNone = CellMap::kNone;
+/// In sides: how far from its place a feature may be drawn where a vertex of it goes.
+constexpr double kOffChord = 0.01;
 
 /// What a cell of n corners costs by its degree: odd ones leave a triangle, large ones bend lines.
 double degree_cost(std::uint32_t n) {
@@ -212,13 +214,17 @@ class Cleaner {
       const std::uint32_t g = map_.face(CellMap::twin(h));
       // The union keeps an edge, and isn't a sphere of one edge.
       if (g != f && !map_.is_hole(g) && map_.degree(g) + map_.degree(f) > 2 &&
-          map_.degree(g) > best_degree) {
+          (best == kNone || std::pair(!map_.is_feature(h), map_.degree(g)) >
+                                std::pair(!map_.is_feature(best), best_degree))) {
         best = h;
         best_degree = map_.degree(g);
       }
     }
     if (best == kNone) {
       return;
+    }
+    if (h1 != h2 && map_.is_feature(best)) {
+      map_.set_feature(best == h1 ? h2 : h1, true);  // the same ends, and no other edge between
     }
     const std::uint32_t u = map_.origin(best), v = map_.target(best);
     const std::uint32_t kept = map_.erase_edge(best);
@@ -237,6 +243,9 @@ class Cleaner {
         map_.adjacent(u, w)) {
       return false;
     }
+    if (map_.on_feature(v) && !follows_chord(v, u, w)) {
+      return false;
+    }
     // A vertex that stays will have one more edge at least, hence mostly be irregular.
     const double whole = (map_.position(u) - map_.position(w)).norm();
     const double keep =
@@ -244,9 +253,21 @@ class Cleaner {
     if (parity_change(h, -1) + length_cost(whole) >= keep) {
       return false;
     }
+    if (map_.is_feature(h)) {
+      map_.set_feature(map_.around(h), true);
+    }
     map_.contract_edge(CellMap::twin(h), Vec3d(map_.position(u)));
     ++report.joined_edges;
     return true;
+  }
+
+  /// A feature stays where it is if v goes from between u and w.
+  bool follows_chord(std::uint32_t v, std::uint32_t u, std::uint32_t w) const {
+    const Vec3d chord = map_.position(w) - map_.position(u);
+    const Vec3d off = map_.position(v) - map_.position(u);
+    const double length2 = chord.squaredNorm();
+    const double along = length2 > 0.0 ? off.dot(chord) / length2 : 0.0;
+    return along > 0.0 && along < 1.0 && (off - along * chord).norm() < kOffChord * side_;
   }
 
   bool try_contract(std::uint32_t h, double threshold) {
@@ -261,15 +282,19 @@ class Cleaner {
       return false;
     }
     const bool border = map_.is_hole(f) || map_.is_hole(g);
+    const bool along = border || map_.is_feature(h);
     if (border && map_.degree(map_.is_hole(f) ? f : g) <= 3) {
       return false;
     }
     const bool fixed_u = map_.is_corner(u), fixed_v = map_.is_corner(v);
     const bool border_u = map_.on_boundary(u), border_v = map_.on_boundary(v);
-    if ((fixed_u && fixed_v) || (border_u && border_v && !border)) {
+    const bool curve_u = map_.on_curve(u), curve_v = map_.on_curve(v);
+    if ((fixed_u && fixed_v) || (border_u && border_v && !border) ||
+        (curve_u && curve_v && !along)) {
       return false;
     }
-    if ((fixed_u && border_v && !border_u) || (fixed_v && border_u && !border_v)) {
+    if ((fixed_u && border_v && !border_u) || (fixed_v && border_u && !border_v) ||
+        (fixed_u && curve_v && !curve_u) || (fixed_v && curve_u && !curve_v)) {
       return false;
     }
     // Link condition: u and v share the apices of the triangles at the edge, and no other
@@ -314,6 +339,8 @@ class Cleaner {
       p = map_.position(u);
     } else if (fixed_v || (border_v && !border_u)) {
       p = map_.position(v);
+    } else if (curve_u != curve_v) {
+      p = map_.position(curve_u ? u : v);
     }
     map_.contract_edge(h, p);
     ++report.contracted_edges;

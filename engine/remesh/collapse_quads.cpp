@@ -26,7 +26,7 @@ double valence_cost(const CellMap& map, std::uint32_t v, int change) {
 double gain(const CellMap& map, std::uint32_t h) {
   const std::uint32_t a = map.origin(h), b = map.target(h);
   const std::uint32_t c = map.target(map.next(h)), d = map.origin(map.prev(h));
-  const std::uint32_t kept = map.on_boundary(c) || map.is_corner(c) ? c : a;
+  const std::uint32_t kept = map.on_curve(c) || map.is_corner(c) ? c : a;
   const std::uint32_t other = kept == a ? c : a;
   return valence_cost(map, a, 0) + valence_cost(map, c, 0) + valence_cost(map, b, 0) +
          valence_cost(map, d, 0) - valence_cost(map, b, -1) - valence_cost(map, d, -1) -
@@ -42,8 +42,8 @@ bool collapsible(const CellMap& map, std::uint32_t h) {
   }
   const std::uint32_t a = map.origin(h), b = map.target(h);
   const std::uint32_t c = map.target(map.next(h)), d = map.origin(map.prev(h));
-  if ((map.on_boundary(a) && map.on_boundary(c)) || (map.is_corner(a) && map.is_corner(c)) ||
-      (map.is_corner(a) && map.on_boundary(c)) || (map.is_corner(c) && map.on_boundary(a))) {
+  if ((map.on_curve(a) && map.on_curve(c)) || (map.is_corner(a) && map.is_corner(c)) ||
+      (map.is_corner(a) && map.on_curve(c)) || (map.is_corner(c) && map.on_curve(a))) {
     return false;
   }
   for (const std::uint32_t v : {b, d}) {
@@ -73,10 +73,10 @@ bool collapsible(const CellMap& map, std::uint32_t h) {
 
 Vec3d collapsed_position(const CellMap& map, std::uint32_t h) {
   const std::uint32_t a = map.origin(h), c = map.target(map.next(h));
-  if (map.on_boundary(a) || map.is_corner(a)) {
+  if (map.on_curve(a) || map.is_corner(a)) {
     return map.position(a);
   }
-  if (map.on_boundary(c) || map.is_corner(c)) {
+  if (map.on_curve(c) || map.is_corner(c)) {
     return map.position(c);
   }
   return 0.5 * (map.position(a) + map.position(c));
@@ -90,8 +90,9 @@ std::uint32_t collapse_quad(CellMap& map, std::uint32_t h) {
   const std::uint32_t kept = map.origin(diagonal);
   map.contract_edge(diagonal, at);
   for (const std::uint32_t side : {h, second}) {
-    const bool outside = map.is_hole(map.face(CellMap::twin(side)));
-    map.erase_edge(outside ? map.next(side) : side);
+    // Of the two edges that fell together the one on a curve stays.
+    const bool stays = map.is_hole(map.face(CellMap::twin(side))) || map.is_feature(side);
+    map.erase_edge(stays ? map.next(side) : side);
   }
   return kept;
 }

@@ -11,7 +11,7 @@ namespace rattan {
 
 /// Whether the quad of half-edge h can go by merging origin(h) with the opposite corner: the map
 /// stays simple, no vertex falls to valence two (nor loses its last inner edge on the boundary),
-/// corners and boundary loops stay.
+/// corners, boundary loops and feature curves stay.
 bool collapsible(const CellMap& map, std::uint32_t h);
 
 /// Where the two corners would meet: half-way, or at the one that is on a boundary or a corner of

@@ -14,6 +14,7 @@
 #include "engine/core/exact_math.h"
 #include "engine/core/parallel.h"
 #include "engine/remesh/boundary_curve.h"
+#include "engine/remesh/crease_curve.h"
 #include "engine/remesh/quadric.h"
 #include "engine/remesh/shape_pull.h"
 #include "engine/remesh/vertex_stars.h"
@@ -38,9 +39,11 @@ constexpr double kLift = 1.0 / 6.0;
 // on a smooth surface: no lift there.
 constexpr double kCrease = 0.1;
 constexpr int kStepsPerNormal = 2;
+// Of the scan's diagonal: how far a vertex may leave its crease.
+constexpr double kMostOffCrease = 0.8e-3;
 constexpr std::uint32_t kNoLoop = kNoVertex;
 
-enum class Motion : std::uint8_t { kFree, kBoundary, kFixed };
+enum class Motion : std::uint8_t { kFree, kBoundary, kAlongCrease, kFixed };
 
 /// cos and sin of 2 pi k / n for every degree n in use, and the circumradius of unit sides.
 struct RegularPolygons {
@@ -82,7 +85,9 @@ class Optimiser {
         graph_(graph),
         stars_(mesh),
         polygons_(mesh),
-        curve_(store, scan, graph) {
+        curve_(store, scan, graph),
+        creases_(options.features),
+        crease_(crease_vertices(mesh, creases_)) {
     const std::size_t n = mesh_.vertex_count();
     if (mesh_.scan_triangle.size() != n) {
       mesh_.scan_triangle.assign(n, kNoTriangle);
@@ -99,6 +104,14 @@ class Optimiser {
         if (path) {
           loop_[v] = curve_.closest(mesh_.positions[v]).loop;
         }
+      } else if (crease_.degree[v] > 0) {
+        motion_[v] = crease_.curve[v] == kNoCurve ? Motion::kFixed : Motion::kAlongCrease;
+      }
+    }
+    beside_crease_.assign(mesh_.face_count(), 0);
+    for (std::size_t f = 0; f < mesh_.face_count(); ++f) {
+      for (const std::uint32_t v : mesh_.face(f)) {
+        beside_crease_[f] |= crease_.degree[v] > 0 ? 1 : 0;
       }
     }
     face_normal_.resize(mesh_.face_count());
@@ -120,6 +133,7 @@ class Optimiser {
     if (options_.relocate) {
       relocate();
     }
+    bend_creases();
     untangle();
     refresh_normals();
     report_.inverted_after = count_inverted();
@@ -150,6 +164,13 @@ class Optimiser {
   void refresh_normals() {
     vertex_normal_ = vertex_normals(mesh_, stars_);
     parallel_indices(mesh_.face_count(), [&](std::size_t f) {
+      if (beside_crease_[f] != 0) {
+        // Normals of vertices on creases lean to the other side.
+        const Vec3d n = face_normal(f);
+        const double length = n.norm();
+        face_normal_[f] = length > 0.0 ? Vec3d(n / length) : face_normal_[f];
+        return;
+      }
       Vec3d n = Vec3d::Zero();
       for (const std::uint32_t v : mesh_.face(f)) {
         n += vertex_normal_[v];
@@ -157,6 +178,16 @@ class Optimiser {
       const double length = n.norm();
       face_normal_[f] = length > 0.0 ? Vec3d(n / length) : Vec3d::Zero();
     });
+  }
+
+  Vec3d face_normal(std::size_t f) const {
+    const auto face = mesh_.face(f);
+    const std::vector<Vec3d>& x = mesh_.positions;
+    Vec3d n = Vec3d::Zero();
+    for (std::size_t k = 1; k + 1 < face.size(); ++k) {
+      n += (x[face[k]] - x[face[0]]).cross(x[face[k + 1]] - x[face[0]]);
+    }
+    return n;
   }
 
   std::uint64_t count_inverted() const {
@@ -262,8 +293,9 @@ class Optimiser {
       target += corner_target_[stars_.corner[at]];
     }
     target /= static_cast<double>(stars_.begin[v + 1] - stars_.begin[v]);
-    if (motion_[v] == Motion::kBoundary) {
-      const auto& [before, after] = stars_.boundary[v];
+    if (motion_[v] == Motion::kBoundary || motion_[v] == Motion::kAlongCrease) {
+      const auto& [before, after] =
+          motion_[v] == Motion::kBoundary ? stars_.boundary[v] : crease_.neighbors[v];
       target = 0.5 * target + 0.25 * (mesh_.positions[before] + mesh_.positions[after]);
     }
     return options_.step_length * (target - x);
@@ -290,6 +322,8 @@ class Optimiser {
     Vec3d to = x + momentum_ * velocity_[v] + displacement;
     if (motion_[v] == Motion::kBoundary) {
       to = curve_.closest_on_loop(to, loop_[v]).point;
+    } else if (motion_[v] == Motion::kAlongCrease) {
+      to = creases_.closest(to, crease_.curve[v]);
     } else {
       const Vec3d& n = vertex_normal_[v];
       to -= n.dot(to - anchor_[v]) * n;
@@ -423,6 +457,27 @@ class Optimiser {
     mesh_.positions.swap(next_);
   }
 
+  /// Chords of a bent curve lie inside it: vertices as far outside as their middles are inside
+  /// leave half of the deviation. On a circle the umbrella vector is four times that of a chord.
+  void bend_creases() {
+    checkpoint_ = mesh_.positions;
+    const double longest = kMostOffCrease * scan_.diagonal();
+    for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v) {
+      if (motion_[v] == Motion::kAlongCrease) {
+        const auto& [before, after] = crease_.neighbors[v];
+        Vec3d umbrella = 0.5 * (checkpoint_[before] + checkpoint_[after]) - checkpoint_[v];
+        const Vec3d chord = checkpoint_[after] - checkpoint_[before];
+        const double length2 = chord.squaredNorm();
+        if (length2 > 0.0) {
+          umbrella -= umbrella.dot(chord) / length2 * chord;
+        }
+        const double lift = 0.125 * umbrella.norm();
+        mesh_.positions[v] -= 0.125 * std::min(1.0, longest / std::max(lift, 1e-300)) * umbrella;
+      }
+    }
+    revert_degraded(checkpoint_);
+  }
+
   /// The least quality among the faces around a vertex.
   double star_quality(std::uint32_t v) const {
     double least = 1.0;
@@ -510,6 +565,9 @@ class Optimiser {
   VertexStars stars_;
   RegularPolygons polygons_;
   BoundaryCurve curve_;
+  CreaseCurve creases_;
+  CreaseVertices crease_;
+  std::vector<std::uint8_t> beside_crease_;  ///< one a face
   std::vector<Motion> motion_;
   std::vector<std::uint32_t> loop_;
   std::vector<Vec3d> vertex_normal_;

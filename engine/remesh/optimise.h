@@ -13,6 +13,8 @@
 
 namespace rattan {
 
+class FeatureSet;
+
 struct OptimiseOptions {
   /// Steps of shape matching: every vertex moves towards the corners of the regular polygons that
   /// fit its faces best.
@@ -42,6 +44,8 @@ struct OptimiseOptions {
   /// No step may push the scaled Jacobian of a face below this, nor lower it further, unless the
   /// face is inverted already.
   double least_jacobian = 0.5;
+  /// Vertices of feature edges slide along its curves; may be null, else outlives the call.
+  const FeatureSet* features = nullptr;
   /// Rounds of local search around faces with a scaled Jacobian of zero or less.
   int untangle_rounds = 4;
 };
@@ -56,8 +60,9 @@ struct OptimiseReport {
 };
 
 /// Moves vertices only; sets scan_triangle to the nearest triangle of each vertex (used as a hint
-/// on entry where present). Vertices with an edge of one face stay on the scan's boundary, vertices
-/// flagged kCornerVertex stay where they are. The mesh must be manifold and oriented like the scan.
+/// on entry where present). Vertices with an edge of one face stay on the scan's boundary, those
+/// inside chains of feature edges on their curve; vertices flagged kCornerVertex stay where they
+/// are, and so do those where features meet. The mesh must be manifold and oriented like the scan.
 /// Same result for any number of threads and any tile size.
 OptimiseReport optimise(PolygonMesh& remesh, Store& store, const ScanMesh& scan,
                         SurfaceProjector& projector, const OptimiseOptions& options,

@@ -67,8 +67,9 @@ class Finder {
           value(best);
           border_ = kNone;
         }
-      } else if (h != entry && std::find(path_.begin(), path_.begin() + strip_.count + 1, g) ==
-                                   path_.begin() + strip_.count + 1) {
+      } else if (h != entry && !map_.is_feature(h) &&
+                 std::find(path_.begin(), path_.begin() + strip_.count + 1, g) ==
+                     path_.begin() + strip_.count + 1) {
         strip_.cross[strip_.count] = h;
         if (strip_.count == between_) {
           if (!to_border_ && map_.degree(g) == 3 && g > strip_.first) {

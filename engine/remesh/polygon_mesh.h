@@ -3,6 +3,7 @@
 
 // The remesh at every stage from the arrangement's polygons to quads: of output size, in memory.
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -24,6 +25,10 @@ struct PolygonMesh {
   std::vector<std::uint8_t> vertex_flags;
   /// Optional, one a vertex; set on the finished mesh (transfer_colours).
   std::vector<Rgba> colours;
+
+  /// Edges that follow features inside the scan (its boundary edges are known without): kept by all
+  /// that changes faces. Each pair ascending.
+  std::vector<std::array<std::uint32_t, 2>> feature_edges;
 
   /// Whether any colour is not opaque.
   bool has_alpha() const {
@@ -52,5 +57,6 @@ struct PolygonMesh {
 inline constexpr std::uint8_t kBoundaryVertex = 1;
 /// A corner of a boundary loop or feature curve; must keep its position.
 inline constexpr std::uint8_t kCornerVertex = 2;
+inline constexpr std::uint8_t kFeatureVertex = 4;
 
 }  // namespace rattan

@@ -2,6 +2,7 @@
 #include "engine/remesh/quadrangulate.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 #include <vector>
 
@@ -163,6 +164,8 @@ PolygonMesh subdivide_to_quads(PolygonMesh&& mesh, std::span<const std::uint8_t>
     }
     return static_cast<std::uint32_t>(fine.positions.size() - 1);
   };
+  std::vector<std::array<std::uint32_t, 2>> features = std::move(mesh.feature_edges);
+  std::sort(features.begin(), features.end());
   std::vector<std::uint32_t> middle(mesh.corners.size());
   for (std::size_t i = 0; i < sides.size();) {
     const FaceSide& a = sides[i];
@@ -175,7 +178,14 @@ PolygonMesh subdivide_to_quads(PolygonMesh&& mesh, std::span<const std::uint8_t>
       continue;
     }
     const Vec3d p = 0.5 * (fine.positions[a.low] + fine.positions[a.high]);
-    const std::uint32_t v = add(p, a.low, j - i == 1 ? kBoundaryVertex : std::uint8_t{0});
+    const bool feature =
+        std::binary_search(features.begin(), features.end(), std::array{a.low, a.high});
+    const std::uint32_t v =
+        add(p, a.low, j - i == 1 ? kBoundaryVertex : (feature ? kFeatureVertex : std::uint8_t{0}));
+    if (feature) {
+      fine.feature_edges.push_back({a.low, v});
+      fine.feature_edges.push_back({a.high, v});
+    }
     for (; i < j; ++i) {
       middle[sides[i].corner] = v;
     }

@@ -40,7 +40,7 @@ bool occupied(const CellMap& map, const VertexSet& set, std::uint32_t f, std::ui
 
 /// v is interior and of valence two: its two faces become one.
 bool remove_doublet(CellMap& map, std::uint32_t v) {
-  if (map.is_corner(v)) {
+  if (map.is_corner(v) || map.on_feature(v)) {
     return false;
   }
   const std::uint32_t h = map.vertex_half(v), k = map.around(h);

@@ -23,8 +23,8 @@ void finish_solve(const SystemLevel<Block>& finest, Store& store, const SolveOpt
   }
   const Evaluation e = evaluate(finest, BlockOps<Block>::kPeriodic ? options.penalty : 0.0F, tasks);
   ++report.passes;
-  report.energy = e.energy;
-  report.energy_unit = e.energy_unit;
+  report.energy = e.energy + e.targets;
+  report.energy_unit = e.energy_unit + e.targets;
   report.gradient_norm = e.gradient_norm;
 }
 

@@ -251,6 +251,7 @@ Evaluation evaluate(const SystemLevel<Block>& s, float penalty, TaskGraph& tasks
         const std::vector<NodeTerm<Block>> terms = st.tile.terms(penalty);
         for (std::uint32_t i = 0; i < st.tile.extent.owned; ++i) {
           const NodeTerm<Block>& term = terms[i];
+          st.sum.targets += st.tile.target_energy(i);
           const auto row = row_product<Block>(st.tile, i, x);
           const float* xi = reals<Block>(x[i]);
           std::array<double, Ops::kParts> excess{};
@@ -283,6 +284,7 @@ Evaluation evaluate(const SystemLevel<Block>& s, float penalty, TaskGraph& tasks
       },
       [&](TileId, State& st) {
         total.energy += st.sum.energy;
+        total.targets += st.sum.targets;
         total.energy_unit += st.sum.energy_unit;
         total.gradient_norm += st.sum.gradient_norm;
       },

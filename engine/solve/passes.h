@@ -76,6 +76,9 @@ struct Evaluation {
   double energy = 0.0;
   double energy_unit = 0.0;  ///< with complex parts set to unit length
   double gradient_norm = 0.0;
+  /// What the squares of fit - target hold beside the quadratic form (finest level): with it the
+  /// energy of targets met is zero.
+  double targets = 0.0;
 };
 /// Energy and gradient of a level's stored solution.
 template <class Block>

@@ -57,8 +57,12 @@ class Reference {
           coefficient_.push_back(tile.coefficient[e]);
         }
         row_begin_.push_back(neighbor_.size());
-        diagonal_.push_back(static_cast<double>(tile.stiffness(i, 0)) + tile.fit_of(i));
-        fit_.push_back(tile.fit_of(i));
+        double anchored = tile.fit_of(i);
+        for (std::size_t part = 0; part < Ops::kParts; ++part) {
+          diagonal_.push_back(static_cast<double>(tile.stiffness(i, part)) + tile.fit_of(i));
+          anchored += diagonal_.back() - tile.diagonal[i] - tile.fit_of(i);
+        }
+        fit_.push_back(anchored);
         const Value<Block> b = tile.rhs_of(i);
         for (std::size_t k = 0; k < kReals; ++k) {
           rhs_.push_back(reals<Block>(b)[k]);
@@ -165,7 +169,7 @@ class Reference {
       }
       for (std::size_t k = 0; k < kReals; ++k) {
         const std::size_t at_k = i * kReals + k;
-        out[at_k] = diagonal_[i] * x[at_k] - row[k];
+        out[at_k] = diagonal_[i * Ops::kParts + part_of<Block>(k)] * x[at_k] - row[k];
         if (Ops::kPeriodic && at != nullptr) {
           const std::size_t part = i * kReals + (k & ~std::size_t{1});
           const double* u = at->data() + part;
@@ -201,7 +205,7 @@ class Reference {
     x.assign(r.size(), 0.0);
     Vector inverse(r.size());
     for (std::size_t k = 0; k < r.size(); ++k) {
-      double d = diagonal_[k / kReals];
+      double d = diagonal_[k * Ops::kParts / kReals];
       if (Ops::kPeriodic && at != nullptr) {
         d += 2.0 * penalty_;  // of the order of the penalty's curvature at unit norm
       }

@@ -93,6 +93,8 @@ struct SystemFields {
   Field<float> fit;                                ///< d_i
   Field<typename Block::Value> rhs;                ///< b_i
   Field<typename Block::Value> solution;           ///< x_i
+  /// Added to D_i, one a complex part; may have an empty name. For rows with edges to themselves.
+  Field<std::array<float, 2>> part_diagonal{};
 };
 
 }  // namespace rattan

@@ -71,16 +71,33 @@ struct TileSystem {
   ChunkView<std::uint32_t> neighbor;
   ChunkView<Coefficient<Block>> coefficient;
   ChunkView<float> diagonal, fit;
+  ChunkView<std::array<float, 2>> part_diagonal;
   ChunkView<Value<Block>> rhs;
   ChunkView<CoarseTerm<Block>> term;
   ChunkView<std::uint32_t> halo_slots, border;
   ChunkView<std::uint32_t> parent, tree;  ///< load_links
 
   float stiffness(std::uint32_t i, std::size_t part) const {
-    return term.size() != 0 ? term[i].stiffness[part] : diagonal[i];
+    if (term.size() != 0) {
+      return term[i].stiffness[part];
+    }
+    return part_diagonal.size() != 0 ? diagonal[i] + part_diagonal[i][part] : diagonal[i];
   }
   float fit_of(std::uint32_t i) const {
     return term.size() != 0 ? term[i].fit : (fit.size() != 0 ? fit[i] : 0.0F);
+  }
+  /// What the fit and the part's own diagonal pull to costs |b|^2 / weight by itself: with it the
+  /// energy of a target met is zero. Finest level only.
+  double target_energy(std::uint32_t i) const {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < BlockOps<Block>::kReals && rhs.size() != 0; ++k) {
+      const std::size_t part = k * BlockOps<Block>::kParts / BlockOps<Block>::kReals;
+      const double weight = static_cast<double>(fit_of(i)) +
+                            (part_diagonal.size() != 0 ? part_diagonal[i][part] : 0.0F);
+      const double b = reals<Block>(rhs[i])[k];
+      sum += weight > 0.0 ? b * b / weight : 0.0;
+    }
+    return sum;
   }
   float count(std::uint32_t i) const { return term.size() != 0 ? term[i].count : 1.0F; }
   Value<Block> rhs_of(std::uint32_t i) const {
@@ -94,6 +111,9 @@ struct TileSystem {
     coefficient = read(*s.store, s.coefficient, t);
     if (s.finest != nullptr) {
       diagonal = read(*s.store, s.finest->diagonal, t);
+      if (!s.finest->part_diagonal.name.empty()) {
+        part_diagonal = read(*s.store, s.finest->part_diagonal, t);
+      }
       if (!s.finest->fit.name.empty()) {
         fit = read(*s.store, s.finest->fit, t);
       }

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "jobs/output_names.h"
 
+#include <filesystem>
+#include <fstream>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -40,6 +43,17 @@ TEST(OutputNames, CollisionsAreRefused) {
   const std::vector<double> sizes{1.0, 2.0};
   EXPECT_THROW(expand_names("x-{faces}.drc", SizeKind::kRatio, sizes), UsageError);
   EXPECT_THROW(expand_names("{n}/../x.drc", SizeKind::kFaces, sizes), UsageError);
+}
+
+TEST(OutputNames, TheScanIsNotWrittenOver) {
+  const auto scan = std::filesystem::temp_directory_path() / "rattan-output-names-test.ply";
+  std::ofstream(scan) << "ply";
+  RemeshOptions options;
+  options.scan = scan.string();
+  options.output = (scan.parent_path() / "." / scan.filename()).string();
+  EXPECT_THROW(output_names(options), UsageError);
+  std::filesystem::remove(scan);
+  EXPECT_EQ(output_names(options).size(), 1U);
 }
 
 TEST(OutputNames, FormatsAndFoldersAreChecked) {

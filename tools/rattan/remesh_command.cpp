@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <map>
 #include <memory>
+#include <string>
 
 #include <fmt/format.h>
 
@@ -19,6 +20,7 @@ struct Arguments {
   std::string edge_length;
   std::string ratio;
   double smoothing = 0.0;
+  std::string crease = "35";
   bool quiet = false;
   bool verbose = false;
 };
@@ -62,6 +64,11 @@ void add_method_options(CLI::App& command, Arguments& args) {
       ->check(CLI::Range(1e-6, 1.0 - 1e-9));
   command.add_flag("--curl-correction", o.curl_correction,
                    "rescale the field in full: fewest singularities, uneven quads");
+  command
+      .add_option("--crease", args.crease,
+                  "edges that turn by DEGREES or more are sharp features, 5 to 179, or off")
+      ->check(CLI::Range(5.0, 179.0) | CLI::IsMember({"off"}))
+      ->capture_default_str();
   command.add_option("--energy", o.energy, "edge or triangle (default)")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, Energy>{{"edge", Energy::kEdge}, {"triangle", Energy::kTriangle}}));
@@ -108,6 +115,7 @@ int run(Arguments& args) {
     o.size_kind = SizeKind::kRatio;
     o.sizes = parse_sizes(args.ratio, "--ratio", {1e-9, 10.0});
   }
+  o.crease = args.crease == "off" ? 0.0 : std::stod(args.crease);
   if (args.smoothing > 0.0) {
     o.smoothing = args.smoothing;
   }
@@ -137,7 +145,10 @@ void add_remesh_command(CLI::App& app, Action& action) {
   auto args = std::make_shared<Arguments>();
   CLI::App* command =
       app.add_subcommand("remesh", "Convert one scan into a curvature-aligned quad-dominant mesh.");
-  command->add_option("scan", args->options.scan, "PLY, OBJ or OFF file")->required();
+  command
+      ->add_option("scan", args->options.scan,
+                   "PLY, OBJ, STL, OFF or Draco file, as it is or with .gz or .zst")
+      ->required();
   command
       ->add_option("-o,--output", args->options.output,
                    "remesh to write: .drc, .obj, .ply or .off; for several sizes {faces}, {size} "

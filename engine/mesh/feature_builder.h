@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// From candidates to feature curves. Part of features.cpp.
+
+#include <cstdint>
+#include <vector>
+
+#include "engine/mesh/features.h"
+
+namespace rattan {
+
+struct FeatureCandidate {
+  std::uint64_t lo = 0;
+  std::uint64_t hi = 0;
+  Vec3f p_lo{0.0F, 0.0F, 0.0F};
+  Vec3f p_hi{0.0F, 0.0F, 0.0F};
+  float bend = 0.0F;      ///< squared distance of the two unit normals
+  float rest = 0.0F;      ///< mean of the same over the other edges around the ends
+  std::uint8_t seen = 0;  ///< bit 0: sharp from lo, bit 1: from hi
+  bool boundary = false;
+};
+
+/// Collects what the tiles found; in memory from there on.
+class FeatureBuilder {
+ public:
+  /// `strong`: bend from which an edge is sharp by itself.
+  FeatureBuilder(const FeatureOptions& options, double strong)
+      : options_(options), strong_(strong) {}
+
+  /// Joins both halves of edges inside a tile, and drops what can't become a curve whatever other
+  /// tiles have found. Touches nothing but its argument.
+  void reduce_tile(std::uint64_t first, std::uint32_t owned,
+                   std::vector<FeatureCandidate>& found) const;
+  void add(const std::vector<FeatureCandidate>& found) {
+    edges_.insert(edges_.end(), found.begin(), found.end());
+  }
+  FeatureSet finish();
+
+ private:
+  struct Curve {
+    std::uint32_t first = 0;  ///< into walk_
+    std::uint32_t count = 0;
+    std::uint32_t from = 0;  ///< local vertices
+    std::uint32_t to = 0;
+    double length = 0.0;
+    double strong_length = 0.0;
+    double turn = 0.0;  ///< mean from edge to edge, radians
+    double zigzag = 0.0;
+    double contrast = 0.0;  ///< how much more it bends than the surface beside it
+    bool closed = false;
+    bool boundary = false;
+  };
+
+  void drop(const std::vector<std::uint8_t>& keep);
+  void connect();
+  std::uint32_t other_end(std::uint32_t edge, std::uint32_t v) const {
+    return ends_[edge][0] == v ? ends_[edge][1] : ends_[edge][0];
+  }
+  std::uint32_t valence(std::uint32_t v) const { return begin_[v + 1] - begin_[v]; }
+  Vec3d position(std::uint32_t v) const { return positions_[v].cast<double>(); }
+  double length(std::uint32_t edge) const {
+    return (position(ends_[edge][1]) - position(ends_[edge][0])).norm();
+  }
+  /// `node`: one a vertex, curves end there.
+  void trace(const std::vector<std::uint8_t>& node);
+  std::vector<std::uint8_t> plain_nodes() const;
+  void measure(Curve& c) const;
+  template <class Bad>
+  bool drop_curves(const Bad& bad);
+  template <class Bad>
+  void drop_all(const Bad& bad);
+  /// Leaves curves that are long, smooth and sharp, and short ones in between.
+  void drop_noise();
+  void drop_short();
+  std::vector<std::uint8_t> find_corners() const;
+
+  FeatureOptions options_;
+  double strong_;
+  std::vector<FeatureCandidate> edges_;
+  std::vector<std::array<std::uint32_t, 2>> ends_;  ///< local vertices of each edge
+  std::vector<std::uint64_t> ids_;                  ///< global ids of local vertices, ascending
+  std::vector<Vec3f> positions_;
+  std::vector<std::uint32_t> begin_, around_;  ///< edges around each vertex
+  std::vector<Curve> curves_;
+  std::vector<std::uint32_t> walk_;  ///< edges of the curves, in order
+};
+
+}  // namespace rattan
