@@ -145,7 +145,10 @@ void add_remesh_command(CLI::App& app, Action& action) {
   auto args = std::make_shared<Arguments>();
   CLI::App* command =
       app.add_subcommand("remesh", "Convert one scan into a curvature-aligned quad-dominant mesh.");
-  command->add_option("scan", args->options.scan, "PLY, OBJ, STL, OFF or Draco file, as it is or with .gz or .zst")->required();
+  command
+      ->add_option("scan", args->options.scan,
+                   "PLY, OBJ, STL, OFF or Draco file, as it is or with .gz or .zst")
+      ->required();
   command
       ->add_option("-o,--output", args->options.output,
                    "remesh to write: .drc, .obj, .ply or .off; for several sizes {faces}, {size} "
