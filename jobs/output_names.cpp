@@ -72,6 +72,7 @@ std::vector<std::string> expand_names(const std::string& path, SizeKind kind,
     names.push_back(std::move(name));
   }
   std::vector<std::string> sorted;
+  sorted.reserve(names.size());
   for (const std::string& name : names) {
     sorted.push_back(fs::path(name).lexically_normal().string());
   }
