@@ -294,11 +294,15 @@ class RemeshJob {
     return static_cast<double>(copy.face_count());
   }
 
-  void optimise_positions() {
-    projector_.emplace(store_, mesh_, ProjectorOptions{}, tasks_);
+  OptimiseOptions optimise_options() const {
     OptimiseOptions options;
     options.features = field_.features.get();
-    optimise(remesh_, store_, mesh_, *projector_, options, tasks_);
+    return options;
+  }
+
+  void optimise_positions() {
+    projector_.emplace(store_, mesh_, ProjectorOptions{}, tasks_);
+    optimise(remesh_, store_, mesh_, *projector_, optimise_options(), tasks_);
     if (options_.pure_quads) {
       mend_quads();
     } else {
@@ -321,8 +325,7 @@ class RemeshJob {
       added += refine_loops(remesh_, *curve_, *loops_, tolerance);
     }
     if (added > 0) {
-      OptimiseOptions options;
-      options.features = field_.features.get();
+      OptimiseOptions options = optimise_options();
       options.hold_curves = true;
       options.steps = kStepsAfterRefining;
       optimise(remesh_, store_, mesh_, *projector_, options, tasks_);
@@ -375,8 +378,7 @@ class RemeshJob {
     std::uint64_t fewest = measure_quality(remesh_).bad_quads;
     PolygonMesh mended = fewest > 0 ? remesh_ : PolygonMesh();
     for (int round = 0; round < kRounds && fewest > 0; ++round) {
-      OptimiseOptions options;
-      options.features = field_.features.get();
+      OptimiseOptions options = optimise_options();
       if (round == 0) {
         options.steps = 0;
         options.relocate = false;
@@ -427,7 +429,7 @@ class RemeshJob {
       }
     }
     report_.output.target_faces = target_.faces;
-    report_.output.target_met = meets_target(static_cast<double>(remesh_.face_count()), target_);
+    report_.output.target_met = met();
     if (!report_.output.target_met) {
       progress_.warning(
           fmt::format("{}: {} faces instead of {:.0f}: the nearest that the scan's "

@@ -69,14 +69,7 @@ bool try_collapse(CellMap& map, std::uint32_t f, double least) {
 
 MendReport mend_bad_quads(PolygonMesh& mesh, double least) {
   MendReport report;
-  std::vector<std::uint32_t> bad;
-  for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
-    const auto v = mesh.face(f);
-    if (v.size() == 4 && !(scaled_jacobian(mesh.positions[v[0]], mesh.positions[v[1]],
-                                           mesh.positions[v[2]], mesh.positions[v[3]]) > least)) {
-      bad.push_back(f);
-    }
-  }
+  const std::vector<std::uint32_t> bad = quads_not_above(mesh, least);
   if (bad.empty()) {
     return report;
   }

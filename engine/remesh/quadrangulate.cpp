@@ -51,14 +51,7 @@ std::vector<std::uint8_t> in_components_with_triangles(const PolygonMesh& mesh) 
 
 /// One round: divides the quads that are bad now and insets those that this leaves undividable.
 std::uint64_t divide_bad_quads(PolygonMesh& mesh, double least) {
-  std::vector<std::uint32_t> bad;
-  for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
-    const auto v = mesh.face(f);
-    if (v.size() == 4 && !(scaled_jacobian(mesh.positions[v[0]], mesh.positions[v[1]],
-                                           mesh.positions[v[2]], mesh.positions[v[3]]) > least)) {
-      bad.push_back(f);
-    }
-  }
+  const std::vector<std::uint32_t> bad = quads_not_above(mesh, least);
   if (bad.empty()) {
     return 0;
   }

@@ -45,6 +45,18 @@ double scaled_jacobian(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec
   return least;
 }
 
+std::vector<std::uint32_t> quads_not_above(const PolygonMesh& mesh, double least) {
+  std::vector<std::uint32_t> found;
+  for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
+    const auto v = mesh.face(f);
+    if (v.size() == 4 && !(scaled_jacobian(mesh.positions[v[0]], mesh.positions[v[1]],
+                                           mesh.positions[v[2]], mesh.positions[v[3]]) > least)) {
+      found.push_back(f);
+    }
+  }
+  return found;
+}
+
 MeshQuality measure_quality(const PolygonMesh& mesh) {
   MeshQuality q;
   const FaceSums sums =

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "engine/remesh/polygon_mesh.h"
 
@@ -27,6 +28,9 @@ struct MeshQuality {
 /// The smallest over the corners of sin(angle), signed by the quad's normal (the cross product of
 /// its diagonals): 1 for a rectangle, <= 0 if a corner is reflex, flat or degenerate.
 double scaled_jacobian(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d);
+
+/// Faces of four corners whose scaled Jacobian does not exceed `least`, ascending.
+std::vector<std::uint32_t> quads_not_above(const PolygonMesh& mesh, double least);
 
 /// Faces of three and four corners of a manifold mesh. Sums run in a fixed order.
 MeshQuality measure_quality(const PolygonMesh& mesh);

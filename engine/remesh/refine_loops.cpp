@@ -441,6 +441,20 @@ std::uint64_t merge_ears(CellMap& map, std::uint32_t hole, bool folded_only) {
   return merged;
 }
 
+/// f(hole, its rim's vertices, number of the scan's loop) for the map's holes; those that f itself
+/// makes are not visited.
+template <class F>
+void for_each_hole(const CellMap& map, const BoundaryCurve& curve, const F& f) {
+  std::vector<std::uint32_t> halves;
+  const std::uint32_t faces = map.face_count();
+  for (std::uint32_t hole = 0; hole < faces; ++hole) {
+    if (map.face_alive(hole) && map.is_hole(hole)) {
+      const std::vector<std::uint32_t> vertices = rim(map, hole, halves);
+      f(hole, vertices, loop_of(map, vertices, curve));
+    }
+  }
+}
+
 }  // namespace
 
 BoundaryLoops::BoundaryLoops(const BoundaryCurve& curve) : corners_(curve.loops()) {
@@ -463,41 +477,36 @@ std::uint64_t reshape_short_loops(PolygonMesh& mesh, const BoundaryCurve& curve,
     return added;
   }
   CellMap map(std::move(mesh));
-  std::vector<std::uint32_t> halves;
   std::vector<std::uint8_t> taken(loops.size(), 0);
   std::vector<std::uint32_t> rims;
-  const std::uint32_t faces = map.face_count();
-  for (std::uint32_t f = 0; f < faces; ++f) {
-    if (!map.face_alive(f) || !map.is_hole(f)) {
-      continue;
-    }
-    const std::vector<std::uint32_t> vertices = rim(map, f, halves);
-    const std::size_t number = loop_of(map, vertices, curve);
-    if (taken[number] != 0 || !loops.is_smooth(number) || loops.length(number) >= longest) {
-      continue;
-    }
-    taken[number] = 1;
-    const Loop loop(loops.corners(number));
-    const std::size_t k = vertices.size();
-    // What the optimiser makes of the vertices there are.
-    const Vec3d first = map.position(vertices[0]);
-    double off = 0.0;
-    Outline best = even_outline(loop, first, k, off);
-    if (off > tolerance) {
-      best = corner_outline(loop, k, tolerance);
-      const std::size_t most = std::min(best.points.size() - 1, k + kMostMore);
-      for (std::size_t count = k + 1; count <= most; ++count) {
-        Outline even = even_outline(loop, first, count, off);
-        if (off <= tolerance) {
-          best = std::move(even);
-          break;
+  for_each_hole(
+      map, curve,
+      [&](std::uint32_t f, const std::vector<std::uint32_t>& vertices, std::size_t number) {
+        if (taken[number] != 0 || !loops.is_smooth(number) || loops.length(number) >= longest) {
+          return;
         }
-      }
-    }
-    added += take_outline(map, vertices, best);
-    rims.insert(rims.end(), vertices.begin(), vertices.end());
-    merge_ears(map, f, false);  // they would cover a part of a round hole
-  }
+        taken[number] = 1;
+        const Loop loop(loops.corners(number));
+        const std::size_t k = vertices.size();
+        // What the optimiser makes of the vertices there are.
+        const Vec3d first = map.position(vertices[0]);
+        double off = 0.0;
+        Outline best = even_outline(loop, first, k, off);
+        if (off > tolerance) {
+          best = corner_outline(loop, k, tolerance);
+          const std::size_t most = std::min(best.points.size() - 1, k + kMostMore);
+          for (std::size_t count = k + 1; count <= most; ++count) {
+            Outline even = even_outline(loop, first, count, off);
+            if (off <= tolerance) {
+              best = std::move(even);
+              break;
+            }
+          }
+        }
+        added += take_outline(map, vertices, best);
+        rims.insert(rims.end(), vertices.begin(), vertices.end());
+        merge_ears(map, f, false);  // they would cover a part of a round hole
+      });
   smooth_beside(map, rims);
   finish(map, mesh);
   return added;
@@ -528,44 +537,39 @@ std::uint64_t refine_loops(PolygonMesh& mesh, const BoundaryCurve& curve,
     return added;
   }
   CellMap map(std::move(mesh));
-  std::vector<std::uint32_t> halves;
   std::vector<std::size_t> chosen;
-  const std::uint32_t faces = map.face_count();
-  for (std::uint32_t f = 0; f < faces; ++f) {
-    if (!map.face_alive(f) || !map.is_hole(f)) {
-      continue;
-    }
-    const std::vector<std::uint32_t> vertices = rim(map, f, halves);
-    const std::size_t number = loop_of(map, vertices, curve);
-    if (!loops.is_smooth(number)) {
-      continue;
-    }
-    const Loop loop(loops.corners(number));
-    std::vector<double> at;
-    at.reserve(vertices.size());
-    for (const std::uint32_t v : vertices) {
-      at.push_back(loop.closest(map.position(v)));
-    }
-    for (std::size_t i = 0; i < vertices.size(); ++i) {
-      const std::uint32_t v = vertices[i];
-      const std::uint32_t w = vertices[(i + 1) % vertices.size()];
-      const double from = at[i] < loop.length() ? at[i] : 0.0;
-      double to = at[(i + 1) % vertices.size()];
-      to += to < from ? loop.length() : 0.0;
-      const Vec3d p = map.position(v);
-      const Vec3d q = map.position(w);
-      if (to - from > kLongestArc * (q - p).norm() || to - from > 0.5 * loop.length()) {
-        continue;
-      }
-      chosen.clear();
-      divide_arc(loop, from, p, to, q, tolerance, chosen);
-      std::uint32_t h = map.find_half(v, w);
-      for (const std::size_t c : chosen) {
-        h = map.split_edge(h, loop.corner(c));
-        ++added;
-      }
-    }
-  }
+  for_each_hole(
+      map, curve,
+      [&](std::uint32_t, const std::vector<std::uint32_t>& vertices, std::size_t number) {
+        if (!loops.is_smooth(number)) {
+          return;
+        }
+        const Loop loop(loops.corners(number));
+        std::vector<double> at;
+        at.reserve(vertices.size());
+        for (const std::uint32_t v : vertices) {
+          at.push_back(loop.closest(map.position(v)));
+        }
+        for (std::size_t i = 0; i < vertices.size(); ++i) {
+          const std::uint32_t v = vertices[i];
+          const std::uint32_t w = vertices[(i + 1) % vertices.size()];
+          const double from = at[i] < loop.length() ? at[i] : 0.0;
+          double to = at[(i + 1) % vertices.size()];
+          to += to < from ? loop.length() : 0.0;
+          const Vec3d p = map.position(v);
+          const Vec3d q = map.position(w);
+          if (to - from > kLongestArc * (q - p).norm() || to - from > 0.5 * loop.length()) {
+            continue;
+          }
+          chosen.clear();
+          divide_arc(loop, from, p, to, q, tolerance, chosen);
+          std::uint32_t h = map.find_half(v, w);
+          for (const std::size_t c : chosen) {
+            h = map.split_edge(h, loop.corner(c));
+            ++added;
+          }
+        }
+      });
   if (added == 0) {
     mesh = map.to_mesh();
     return added;

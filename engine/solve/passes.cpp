@@ -272,13 +272,7 @@ Evaluation evaluate(const SystemLevel<Block>& s, float penalty, TaskGraph& tasks
             st.sum.gradient_norm += g * g;
           }
           if constexpr (Ops::kPeriodic) {
-            const auto unit_row = row_product<Block>(st.tile, i, unit_x);
-            const float* ui = reals<Block>(unit_x[i]);
-            for (std::size_t k = 0; k < Ops::kReals; ++k) {
-              const double d = term.diagonal[part_of<Block>(k)];
-              st.sum.energy_unit +=
-                  ui[k] * (d * ui[k] - unit_row[k] - 2.0 * reals<Block>(term.rhs)[k]);
-            }
+            add_row_energy<Block>(st.tile, term, i, unit_x, st.sum.energy_unit);
           }
         }
       },

@@ -17,12 +17,7 @@ double unit_energy(const TileSystem<Block>& tile, const std::vector<NodeTerm<Blo
   }
   double energy = 0.0;
   for (std::uint32_t i = 0; i < x.size(); ++i) {
-    const auto row = row_product<Block>(tile, i, x);
-    const float* u = reals<Block>(x[i]);
-    for (std::size_t k = 0; k < BlockOps<Block>::kReals; ++k) {
-      const double d = terms[i].diagonal[part_of<Block>(k)];
-      energy += u[k] * (d * u[k] - row[k] - 2.0 * reals<Block>(terms[i].rhs)[k]);
-    }
+    add_row_energy<Block>(tile, terms[i], i, x, energy);
   }
   return energy;
 }

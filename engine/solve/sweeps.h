@@ -25,6 +25,12 @@ void sweep(std::span<const NodeTerm<Block>> terms, std::span<const std::uint32_t
            std::span<Value<Block>> x, float omega, SweepMode mode, bool backward = false,
            std::span<const Value<Block>> at = {});
 
+/// Part that real k of a value belongs to.
+template <class Block>
+constexpr std::size_t part_of(std::size_t k) {
+  return k * BlockOps<Block>::kParts / BlockOps<Block>::kReals;
+}
+
 /// sum_j C_ij x_j in double.
 template <class Block>
 std::array<double, BlockOps<Block>::kReals> row_product(const TileSystem<Block>& tile,
@@ -42,10 +48,16 @@ std::array<double, BlockOps<Block>::kReals> row_product(const TileSystem<Block>&
   return out;
 }
 
-/// Part that real k of a value belongs to.
+/// Adds row i's share of the quadratic energy, without penalty, at `x`.
 template <class Block>
-constexpr std::size_t part_of(std::size_t k) {
-  return k * BlockOps<Block>::kParts / BlockOps<Block>::kReals;
+void add_row_energy(const TileSystem<Block>& tile, const NodeTerm<Block>& term, std::uint32_t i,
+                    std::span<const Value<Block>> x, double& sum) {
+  const auto row = row_product<Block>(tile, i, x);
+  const float* xi = reals<Block>(x[i]);
+  for (std::size_t k = 0; k < BlockOps<Block>::kReals; ++k) {
+    const double d = term.diagonal[part_of<Block>(k)];
+    sum += xi[k] * (d * xi[k] - row[k] - 2.0 * reals<Block>(term.rhs)[k]);
+  }
 }
 
 }  // namespace rattan

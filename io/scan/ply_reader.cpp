@@ -29,33 +29,6 @@ Word load_word(const char* p) {
   return word;
 }
 
-template <bool Swap>
-double load_number(PlyType type, const char* p) {
-  switch (type) {
-    case PlyType::kInt8:
-      return load_word<std::int8_t, Swap>(p);
-    case PlyType::kUint8:
-      return load_word<std::uint8_t, Swap>(p);
-    case PlyType::kInt16:
-      return load_word<std::int16_t, Swap>(p);
-    case PlyType::kUint16:
-      return load_word<std::uint16_t, Swap>(p);
-    case PlyType::kInt32:
-      return load_word<std::int32_t, Swap>(p);
-    case PlyType::kUint32:
-      return load_word<std::uint32_t, Swap>(p);
-    case PlyType::kFloat32:
-      return std::bit_cast<float>(load_word<std::uint32_t, Swap>(p));
-    case PlyType::kFloat64:
-      return std::bit_cast<double>(load_word<std::uint64_t, Swap>(p));
-    case PlyType::kInt64:
-      return static_cast<double>(load_word<std::int64_t, Swap>(p));
-    case PlyType::kUint64:
-      return static_cast<double>(load_word<std::uint64_t, Swap>(p));
-  }
-  return 0.0;
-}
-
 // Integer types only. A 64-bit unsigned beyond the signed range turns negative, which every caller
 // refuses.
 template <bool Swap>
@@ -75,6 +48,20 @@ std::int64_t load_integer(PlyType type, const char* p) {
       return load_word<std::uint32_t, Swap>(p);
     default:
       return load_word<std::int64_t, Swap>(p);
+  }
+}
+
+template <bool Swap>
+double load_number(PlyType type, const char* p) {
+  switch (type) {
+    case PlyType::kFloat32:
+      return std::bit_cast<float>(load_word<std::uint32_t, Swap>(p));
+    case PlyType::kFloat64:
+      return std::bit_cast<double>(load_word<std::uint64_t, Swap>(p));
+    case PlyType::kUint64:
+      return static_cast<double>(load_word<std::uint64_t, Swap>(p));
+    default:
+      return static_cast<double>(load_integer<Swap>(type, p));
   }
 }
 
