@@ -10,6 +10,7 @@
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include "engine/core/resident_memory.h"
 #include "engine/layout/arrangement.h"
 #include "engine/mesh/ingest.h"
 #include "engine/mesh/scan_record.h"
@@ -27,6 +28,7 @@
 #include "io/scan/field_reader.h"
 #include "io/scan/scan_reader.h"
 #include "io/store/hdf5_store.h"
+#include "jobs/memory_plan.h"
 #include "jobs/memory_share.h"
 #include "jobs/output_names.h"
 #include "jobs/preview.h"
@@ -81,7 +83,8 @@ class RemeshJob {
                 .cache_bytes = memory_,
                 .budget = &budget_,
                 .keep = options.keep_work}),
-        tasks_({.threads = threads_}, &progress_),
+        tasks_({.threads = threads_, .tiles_in_flight = tiles_in_flight(memory_, threads_)},
+               &progress_),
         clock_(
             tasks_,
             [this] {
@@ -91,12 +94,19 @@ class RemeshJob {
 
   RemeshReport run() {
     const double start = wall_seconds();
+    check_memory(memory_need(0, asked_faces(), memory_, threads_), memory_, options_.scan,
+                 asked_faces());
+    process_memory_ = budget_.reserve(memory_need(0, 0.0, memory_, threads_).total(),
+                                      "the program and tiles at work");
     clock_.run("ingest", [&] { ingest(); });
     report_.outputs.resize(names_.size());
     std::vector<double> faces;
     for (const double size : options_.sizes) {
       faces.push_back(target_size(options_.size_kind, size, mesh_).faces);
     }
+    const double most = *std::max_element(faces.begin(), faces.end());
+    check_memory(memory_need(mesh_.topology.vertices, most, memory_, threads_), memory_,
+                 options_.scan, most);
     for (const PlannedSize& planned : plan_sizes(faces, options_.density)) {
       make_size(planned);
     }
@@ -105,6 +115,13 @@ class RemeshJob {
   }
 
  private:
+  /// What is asked for in faces; 0 if the scan decides.
+  double asked_faces() const {
+    return options_.size_kind == SizeKind::kFaces
+               ? *std::max_element(options_.sizes.begin(), options_.sizes.end())
+               : 0.0;
+  }
+
   /// One remesh, from the scan in the store to the file.
   void make_size(const PlannedSize& planned) {
     current_ = planned.size;
@@ -141,6 +158,7 @@ class RemeshJob {
     IngestOptions options;
     options.tile_size = options_.tile_size;
     options.memory_bytes = memory_ / 4;
+    options.budget = &budget_;
     options.input_name = options_.scan;
     options.merge = options_.merge_vertices ? Merge::kAlways : Merge::kSoup;
     options.drop_components = options_.drop_components;
@@ -241,10 +259,14 @@ class RemeshJob {
 
   // Makes remesh_, unless more than `most` faces are to be expected of the cells.
   bool extract_quads(double most) {
+    const PromptReturn prompt(budget_.tight());
     // A mesh of quads has as many vertices as faces, and each is a crossing.
     constexpr double kCrossings = 4.0;
-    ArrangementOptions options{
-        .omega = omega_, .density = density_, .features = field_.features.get()};
+    ArrangementOptions options{.omega = omega_,
+                               .density = density_,
+                               .features = field_.features.get(),
+                               .budget = &budget_};
+    output_memory_.release();
     if (std::isfinite(most)) {
       options.most_crossings = static_cast<std::uint64_t>(kCrossings * most);
     }
@@ -257,6 +279,7 @@ class RemeshJob {
       return false;
     }
     expected_faces_ = expected_faces(cells);
+    output_memory_ = budget_.reserve(output_bytes(expected_faces_), "the remesh");
     if (expected_faces_ > most) {
       return false;
     }
@@ -303,7 +326,8 @@ class RemeshJob {
   }
 
   void optimise_positions() {
-    projector_.emplace(store_, mesh_, ProjectorOptions{}, tasks_);
+    const PromptReturn prompt(budget_.tight());
+    projector_.emplace(store_, mesh_, ProjectorOptions{.budget = &budget_}, tasks_);
     optimise(remesh_, store_, mesh_, *projector_, optimise_options(), tasks_);
     if (options_.pure_quads) {
       mend_quads();
@@ -522,6 +546,8 @@ class RemeshJob {
   oneapi::tbb::global_control parallelism_;
   std::uint64_t memory_;
   MemoryBudget budget_;
+  Reservation process_memory_;
+  Reservation output_memory_;
   Hdf5Store store_;
   TaskGraph tasks_;
   StageClock clock_;
