@@ -22,9 +22,10 @@ namespace rattan {
 inline constexpr double kCurveTolerance = 0.85e-3;
 
 struct JobContext {
-  JobContext(const RemeshOptions& the_options, Hdf5Store& the_store, TaskGraph& the_tasks,
-             StageClock& the_clock, JobSteps& the_steps)
+  JobContext(const RemeshOptions& the_options, MemoryBudget& the_budget, Hdf5Store& the_store,
+             TaskGraph& the_tasks, StageClock& the_clock, JobSteps& the_steps)
       : options(the_options),
+        budget(the_budget),
         store(the_store),
         tasks(the_tasks),
         clock(the_clock),
@@ -32,6 +33,7 @@ struct JobContext {
         remesh(the_store) {}
 
   const RemeshOptions& options;
+  MemoryBudget& budget;
   Hdf5Store& store;
   TaskGraph& tasks;
   StageClock& clock;

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "engine/core/resident_memory.h"
 #include "engine/remesh/mend_quads.h"
 #include "engine/remesh/quadrangulate.h"
 #include "engine/remesh/quality.h"
@@ -32,6 +33,7 @@ double face_count(const PolygonMesh& mesh) {
 
 void QuadFinisher::finish() {
   job_.clock.run("optimise", [&] {
+    const PromptReturn prompt(job_.budget.tight());
     job_.steps.depend_on(fmt::format("pure-quads={} target={:a} crease={:a}",
                                      job_.options.pure_quads, job_.target.faces,
                                      job_.options.crease));
@@ -66,7 +68,7 @@ double QuadFinisher::miss() const {
 
 SurfaceProjector& QuadFinisher::projector() {
   if (!projector_) {
-    projector_.emplace(job_.store, job_.mesh, ProjectorOptions{}, job_.tasks);
+    projector_.emplace(job_.store, job_.mesh, ProjectorOptions{.budget = &job_.budget}, job_.tasks);
   }
   return *projector_;
 }

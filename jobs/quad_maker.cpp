@@ -8,8 +8,10 @@
 
 #include <fmt/format.h>
 
+#include "engine/core/resident_memory.h"
 #include "engine/remesh/quadrangulate.h"
 #include "engine/remesh/refine_creases.h"
+#include "jobs/memory_plan.h"
 #include "jobs/size_search.h"
 #include "jobs/work_record.h"
 
@@ -85,12 +87,17 @@ bool QuadMaker::make_at(double side, double most) {
 }
 
 bool QuadMaker::draw(double most) {
+  const PromptReturn prompt(job_.budget.tight());
   std::optional<CellComplex> cells;
+  output_memory_.release();
   job_.steps.depend_on(fmt::format("omega={:a} density={} most={:a} pure-quads={} side={:a}",
                                    omega_, density_, most, job_.options.pure_quads,
                                    job_.target.quad_side));
   extracted_ = job_.clock.run(
       "extract", [&] { return job_.steps.run("extract", [&] { return extract(most, cells); }); });
+  if (std::isfinite(extracted_.expected_faces)) {
+    output_memory_ = job_.budget.reserve(output_bytes(extracted_.expected_faces), "the remesh");
+  }
   if (extracted_.expected_faces > most) {
     return false;
   }
@@ -104,8 +111,10 @@ bool QuadMaker::draw(double most) {
 QuadMaker::Extracted QuadMaker::extract(double most, std::optional<CellComplex>& cells) {
   // A mesh of quads has as many vertices as faces, and each is a crossing.
   constexpr double kCrossings = 4.0;
-  ArrangementOptions options{
-      .omega = omega_, .density = density_, .features = job_.field.features.get()};
+  ArrangementOptions options{.omega = omega_,
+                             .density = density_,
+                             .features = job_.field.features.get(),
+                             .budget = &job_.budget};
   if (std::isfinite(most)) {
     options.most_crossings = static_cast<std::uint64_t>(kCrossings * most);
   }

@@ -6,6 +6,7 @@
 
 #include <optional>
 
+#include "engine/core/memory_budget.h"
 #include "engine/layout/arrangement.h"
 #include "jobs/job_context.h"
 
@@ -46,6 +47,7 @@ class QuadMaker {
   double first_side() const;
 
   JobContext& job_;
+  Reservation output_memory_;
   double omega_ = 0.0;
   int density_ = 1;
   SolveReport phase_report_;

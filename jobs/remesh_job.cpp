@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "jobs/remesh_job.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -10,6 +11,7 @@
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include "engine/core/resident_memory.h"
 #include "engine/mesh/ingest.h"
 #include "engine/mesh/scan_record.h"
 #include "engine/remesh/quality.h"
@@ -21,6 +23,7 @@
 #include "io/store/work_lock.h"
 #include "jobs/job_context.h"
 #include "jobs/job_steps.h"
+#include "jobs/memory_plan.h"
 #include "jobs/memory_share.h"
 #include "jobs/output_names.h"
 #include "jobs/preview.h"
@@ -93,14 +96,15 @@ class RemeshJob {
                 .keep = true,
                 .fresh = attempt.fresh}),
         steps_(store_, stop.soon, attempt.most_steps),
-        tasks_({.threads = threads_}, &progress_, stop.now, &steps_),
+        tasks_({.threads = threads_, .tiles_in_flight = tiles_in_flight(memory_, threads_)},
+               &progress_, stop.now, &steps_),
         clock_(
             tasks_,
             [this] {
               return StageClock::StoreTraffic{store_.bytes_read(), store_.bytes_written()};
             },
             report_.stages),
-        job_(options_, store_, tasks_, clock_, steps_),
+        job_(options_, budget_, store_, tasks_, clock_, steps_),
         maker_(job_),
         finisher_(job_) {
     steps_.attach(clock_);
@@ -118,12 +122,19 @@ class RemeshJob {
   const std::vector<std::string>& warnings() const { return report_.warnings; }
 
   RemeshReport run() {
+    check_memory(memory_need(0, asked_faces(), memory_, threads_), memory_, options_.scan,
+                 asked_faces());
+    process_memory_ = budget_.reserve(memory_need(0, 0.0, memory_, threads_).total(),
+                                      "the program and tiles at work");
     clock_.run("ingest", [&] { ingest(); });
     report_.outputs.resize(names_.size());
     std::vector<double> faces;
     for (const double size : options_.sizes) {
       faces.push_back(target_size(options_.size_kind, size, job_.mesh).faces);
     }
+    const double most = *std::max_element(faces.begin(), faces.end());
+    check_memory(memory_need(job_.mesh.topology.vertices, most, memory_, threads_), memory_,
+                 options_.scan, most);
     for (const PlannedSize& planned : plan_sizes(faces, options_.density)) {
       make_size(planned);
     }
@@ -136,6 +147,13 @@ class RemeshJob {
   }
 
  private:
+  /// What is asked for in faces; 0 if the scan decides.
+  double asked_faces() const {
+    return options_.size_kind == SizeKind::kFaces
+               ? *std::max_element(options_.sizes.begin(), options_.sizes.end())
+               : 0.0;
+  }
+
   /// One remesh, from the scan in the store to the file.
   void make_size(const PlannedSize& planned) {
     current_ = planned.size;
@@ -188,6 +206,7 @@ class RemeshJob {
     IngestOptions options;
     options.tile_size = options_.tile_size;
     options.memory_bytes = memory_ / 4;
+    options.budget = &budget_;
     options.input_name = options_.scan;
     options.merge = options_.merge_vertices ? Merge::kAlways : Merge::kSoup;
     options.drop_components = options_.drop_components;
@@ -249,6 +268,7 @@ class RemeshJob {
   // wrote with this mesh.
   void verify() {
     steps_.depend_on(fmt::format("pure-quads={}", options_.pure_quads));
+    const PromptReturn prompt(budget_.tight());
     const Verified v = steps_.run("verify", [&] {
       const PolygonMesh& remesh = job_.remesh.get();
       return Verified{check_topology(remesh), measure_quality(remesh)};
@@ -305,6 +325,7 @@ class RemeshJob {
     metadata.origin = job_.mesh.origin;
     steps_.depend_on(metadata.options);
     steps_.next_makes(names_[current_]);
+    const PromptReturn prompt(budget_.tight());
     const WriteResult written =
         steps_.run("write", [&] { return write_output(job_.remesh.get(), metadata); });
     report_.output.bytes = written.bytes;
@@ -388,6 +409,7 @@ class RemeshJob {
   oneapi::tbb::global_control parallelism_;
   std::uint64_t memory_;
   MemoryBudget budget_;
+  Reservation process_memory_;
   Hdf5Store store_;
   JobSteps steps_;
   TaskGraph tasks_;
