@@ -38,19 +38,32 @@ MemoryNeed memory_need(std::uint64_t vertices, double faces, std::uint64_t budge
           .output = output_bytes(faces)};
 }
 
-void check_memory(const MemoryNeed& need, std::uint64_t budget, const std::string& scan,
-                  double faces) {
-  if (need.total() <= budget) {
+std::uint64_t least_budget(std::uint64_t vertices, double faces, int threads) {
+  // More memory lets more tiles be at work, which need more: a few rounds settle it.
+  std::uint64_t budget = 0;
+  for (;;) {
+    const std::uint64_t need = memory_need(vertices, faces, budget, threads).total();
+    if (need <= budget) {
+      return budget;
+    }
+    budget = (need + kMiB - 1) / kMiB * kMiB;
+  }
+}
+
+void check_memory(std::uint64_t vertices, double faces, std::uint64_t budget, int threads,
+                  const std::string& scan) {
+  const std::uint64_t least = least_budget(vertices, faces, threads);
+  if (least <= budget) {
     return;
   }
-  const std::uint64_t whole = (need.total() + kMiB - 1) / kMiB;
+  const MemoryNeed need = memory_need(vertices, faces, least, threads);
   throw ResourceError(fmt::format(
       "{}: a memory budget of {} is too small. At least {} are needed: {} for the program, {} for "
       "tiles at work, {} for the scan's tables and {} for a remesh of {:.0f} faces. Allow "
       "--memory {}MiB{}.",
-      scan, format_bytes(budget), format_bytes(need.total()), format_bytes(need.process),
-      format_bytes(need.tiles), format_bytes(need.scan), format_bytes(need.output), faces, whole,
-      need.output > need.total() / 2 ? ", or ask for fewer faces" : ""));
+      scan, format_bytes(budget), format_bytes(least), format_bytes(need.process),
+      format_bytes(need.tiles), format_bytes(need.scan), format_bytes(need.output), faces,
+      least / kMiB, need.output > need.total() / 2 ? ", or ask for fewer faces" : ""));
 }
 
 }  // namespace rattan

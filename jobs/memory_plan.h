@@ -28,8 +28,11 @@ MemoryNeed memory_need(std::uint64_t vertices, double faces, std::uint64_t budge
 /// Of MemoryNeed::output: what is to be free when lines become a mesh of so many faces.
 std::uint64_t output_bytes(double faces);
 
+/// The smallest budget with which a run can be made; in whole MiB.
+std::uint64_t least_budget(std::uint64_t vertices, double faces, int threads);
+
 /// Throws ResourceError that says how much is needed and for what.
-void check_memory(const MemoryNeed& need, std::uint64_t budget, const std::string& scan,
-                  double faces);
+void check_memory(std::uint64_t vertices, double faces, std::uint64_t budget, int threads,
+                  const std::string& scan);
 
 }  // namespace rattan

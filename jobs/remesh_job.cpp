@@ -94,8 +94,7 @@ class RemeshJob {
 
   RemeshReport run() {
     const double start = wall_seconds();
-    check_memory(memory_need(0, asked_faces(), memory_, threads_), memory_, options_.scan,
-                 asked_faces());
+    check_memory(0, asked_faces(), memory_, threads_, options_.scan);
     process_memory_ = budget_.reserve(memory_need(0, 0.0, memory_, threads_).total(),
                                       "the program and tiles at work");
     clock_.run("ingest", [&] { ingest(); });
@@ -105,8 +104,7 @@ class RemeshJob {
       faces.push_back(target_size(options_.size_kind, size, mesh_).faces);
     }
     const double most = *std::max_element(faces.begin(), faces.end());
-    check_memory(memory_need(mesh_.topology.vertices, most, memory_, threads_), memory_,
-                 options_.scan, most);
+    check_memory(mesh_.topology.vertices, most, memory_, threads_, options_.scan);
     for (const PlannedSize& planned : plan_sizes(faces, options_.density)) {
       make_size(planned);
     }
