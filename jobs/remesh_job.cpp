@@ -94,8 +94,8 @@ class RemeshJob {
 
   RemeshReport run() {
     const double start = wall_seconds();
-    check_memory(0, asked_faces(), memory_, threads_, options_.scan);
-    process_memory_ = budget_.reserve(memory_need(0, 0.0, memory_, threads_).total(),
+    check_memory(memory_wish(0, asked_faces()), memory_, options_.scan);
+    process_memory_ = budget_.reserve(memory_need({.threads = threads_}, memory_).total(),
                                       "the program and tiles at work");
     clock_.run("ingest", [&] { ingest(); });
     report_.outputs.resize(names_.size());
@@ -104,7 +104,7 @@ class RemeshJob {
       faces.push_back(target_size(options_.size_kind, size, mesh_).faces);
     }
     const double most = *std::max_element(faces.begin(), faces.end());
-    check_memory(mesh_.topology.vertices, most, memory_, threads_, options_.scan);
+    check_memory(memory_wish(mesh_.topology.vertices, most), memory_, options_.scan);
     for (const PlannedSize& planned : plan_sizes(faces, options_.density)) {
       make_size(planned);
     }
@@ -113,6 +113,13 @@ class RemeshJob {
   }
 
  private:
+  MemoryWish memory_wish(std::uint64_t vertices, double faces) const {
+    return {.vertices = vertices,
+            .faces = faces,
+            .threads = threads_,
+            .picture = !options_.preview.empty()};
+  }
+
   /// What is asked for in faces; 0 if the scan decides.
   double asked_faces() const {
     return options_.size_kind == SizeKind::kFaces
@@ -138,12 +145,21 @@ class RemeshJob {
     clock_.run("write", [&] { write(); });
     if (!options_.preview.empty()) {
       clock_.run("preview", [&] {
+        projector_.reset();
+        const PromptReturn prompt(budget_.tight());
+        const Reservation pixels =
+            budget_.reserve(memory_need(memory_wish(0, 0.0), memory_).picture, "the preview");
+        RenderOptions picture;
+        picture.resident_triangles = std::min(picture.resident_triangles,
+                                              budget_.available() / 4 / kPictureBytesPerTriangle);
+        const Reservation kept = budget_.reserve(
+            picture.resident_triangles * kPictureBytesPerTriangle, "the preview's surface");
         write_preview({.store = store_,
                        .scan = mesh_,
                        .remesh = &remesh_,
                        .omega = omega_,
                        .density = density_},
-                      previews_[current_]);
+                      previews_[current_], picture);
       });
     }
     if (options_.keep_work) {

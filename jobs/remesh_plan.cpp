@@ -86,7 +86,10 @@ RemeshPlan plan_remesh(const RemeshOptions& given, ProgressSink& progress) {
 
   plan.faces = asked_faces(options, plan.triangles);
   plan.tiles = (plan.vertices + options.tile_size - 1) / options.tile_size;
-  plan.least_budget = least_budget(plan.vertices, plan.faces, plan.threads);
+  plan.least_budget = least_budget({.vertices = plan.vertices,
+                                    .faces = plan.faces,
+                                    .threads = plan.threads,
+                                    .picture = !options.preview.empty()});
   plan.whole_scan = plan.least_budget + kLiveBytesPerVertex * plan.vertices;
   plan.work_directory =
       options.work_dir.empty() ? output_names(options)[0] + ".work" : options.work_dir;

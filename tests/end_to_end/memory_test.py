@@ -65,6 +65,11 @@ class Memory(unittest.TestCase):
         _, peak, _ = self.remesh("large.drc", "--faces", 160000, "--memory", "256MiB")
         self.assertLessEqual(peak, 256 * MIB)
 
+    def test_the_bound_holds_with_a_preview(self):
+        _, peak, _ = self.remesh("seen.drc", "--faces", 20000, "--memory", "240MiB", "--preview",
+                                 self.folder / "seen.png")
+        self.assertLessEqual(peak, 240 * MIB)
+
     def test_too_small_a_budget_is_refused_with_the_one_that_will_do(self):
         out = self.folder / "refused.drc"
         code, _, error = run("remesh", self.scan, "-o", out, "--faces", 100000, "--memory", "64MiB")

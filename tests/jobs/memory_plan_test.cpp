@@ -19,14 +19,15 @@ TEST(MemoryPlan, KeepsTilesInFlightWithinAQuarter) {
 }
 
 TEST(MemoryPlan, FitsTheSmallBudgetsThatAreKnownToDo) {
-  EXPECT_NO_THROW(check_memory(800000, 50000.0, 128 * kMiB, 2, "s"));
-  EXPECT_NO_THROW(check_memory(12800000, 500000.0, 1024 * kMiB, 2, "s"));
+  EXPECT_NO_THROW(check_memory({800000, 50000.0, 2}, 128 * kMiB, "s"));
+  EXPECT_NO_THROW(check_memory({12800000, 500000.0, 2}, 1024 * kMiB, "s"));
 }
 
 TEST(MemoryPlan, SaysWhatWouldDo) {
-  const std::uint64_t least = least_budget(3200000, 400000.0, 64);
+  const MemoryWish wish{3200000, 400000.0, 64};
+  const std::uint64_t least = least_budget(wish);
   try {
-    check_memory(3200000, 400000.0, 256 * kMiB, 64, "scan.ply");
+    check_memory(wish, 256 * kMiB, "scan.ply");
     FAIL();
   } catch (const ResourceError& e) {
     const std::string text = e.what();
@@ -34,8 +35,8 @@ TEST(MemoryPlan, SaysWhatWouldDo) {
     EXPECT_NE(text.find("--memory " + std::to_string(least / kMiB) + "MiB"), std::string::npos);
     EXPECT_NE(text.find("or ask for fewer faces"), std::string::npos);
   }
-  EXPECT_NO_THROW(check_memory(3200000, 400000.0, least, 64, "scan.ply"));
-  EXPECT_THROW(check_memory(3200000, 400000.0, least - kMiB, 64, "scan.ply"), ResourceError);
+  EXPECT_NO_THROW(check_memory(wish, least, "scan.ply"));
+  EXPECT_THROW(check_memory(wish, least - kMiB, "scan.ply"), ResourceError);
 }
 
 }  // namespace
