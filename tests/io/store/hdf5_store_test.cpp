@@ -215,8 +215,8 @@ TEST_F(Hdf5StoreTest, EveryCheckpointIsTheStoreOfThatTime) {
   Content saved;
   auto store = std::make_unique<Hdf5Store>(options(3000, true));
   for (std::uint32_t round = 1; round < 500; ++round) {
-    const std::string field = std::string(random() % 2 == 0 ? "a/x" : "b/x") +
-                              static_cast<char>('0' + random() % 3);
+    const std::string field =
+        std::string(random() % 2 == 0 ? "a/x" : "b/x") + static_cast<char>('0' + random() % 3);
     const std::uint32_t dice = random() % 100;
     if (dice < 80) {
       const std::uint32_t tile = random() % 8;

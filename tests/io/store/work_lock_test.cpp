@@ -39,7 +39,8 @@ class WorkLockTest : public ::testing::Test {
   void leave_lock_of(const std::string& host, int seconds_old) {
     fs::create_directories(work_);
     std::ofstream(work_ / "lock.1") << "host=" << host << "\nboot=other\npid=123\n";
-    const timespec times[2] = {{::time(nullptr) - seconds_old, 0}, {::time(nullptr) - seconds_old, 0}};
+    const timespec times[2] = {{::time(nullptr) - seconds_old, 0},
+                               {::time(nullptr) - seconds_old, 0}};
     ASSERT_EQ(::utimensat(AT_FDCWD, (work_ / "lock.1").c_str(), times, 0), 0);
   }
   std::vector<std::string> files() const {
