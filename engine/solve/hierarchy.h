@@ -7,6 +7,7 @@
 
 #include <deque>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/core/memory_store.h"
@@ -41,6 +42,8 @@ class Hierarchy {
   std::vector<Level> levels;
   MemoryStore memory;  ///< holds the levels small enough for it
   std::string_view name(std::size_t level, std::string_view what);
+  /// A copy of the name that lives as long as the hierarchy.
+  std::string_view keep_name(std::string name) { return names_.emplace_back(std::move(name)); }
 
  private:
   std::deque<std::string> names_;

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// The store of one scan's work: a write-back cache of chunks over one HDF5 file per stage. If the
-// cache holds everything and nothing is to be kept, the disk is never touched.
+// The store of one scan's work: a write-back cache of chunks over HDF5 files. If the cache holds
+// everything and nothing is to be kept, the disk is never touched.
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
+#include <future>
 #include <list>
 #include <map>
 #include <memory>
@@ -19,12 +21,12 @@
 #include "engine/core/memory_budget.h"
 #include "engine/core/store.h"
 #include "io/store/stage_file.h"
+#include "io/store/store_record.h"
 
 namespace rattan {
 
 struct Hdf5StoreOptions {
-  /// Holds <stage>.h5 of every complete stage, and <stage>.h5.partial while a stage is written.
-  /// Created when first needed. Stages that are complete there are available from the start.
+  /// Created when first needed. What its last checkpoint holds is available from the start.
   std::filesystem::path directory;
   /// Bytes of chunks in memory. Chunks that readers still pin, or that are being written by one of
   /// the threads, come on top.
@@ -32,10 +34,13 @@ struct Hdf5StoreOptions {
   /// If there is one, the cache also stays within its share and gives way to reservations. Must
   /// outlive the store.
   MemoryBudget* budget = nullptr;
-  /// Complete stages stay on disk when the store is closed; else they never need to get there.
+  /// The last checkpoint stays when the store is closed; else nothing does.
   bool keep = false;
-  /// For looking at a directory that another process may own: nothing there is changed.
+  /// For looking at a directory that another process may own: nothing there is changed, and damage
+  /// is thrown.
   bool read_only = false;
+  /// Deletes what an earlier run left instead of taking it up.
+  bool fresh = false;
 };
 
 /// For `rattan info`.
@@ -46,16 +51,19 @@ struct StoredField {
 };
 struct StoredStage {
   std::string name;
-  bool complete = false;
-  std::uint64_t file_bytes = 0;  ///< 0 while everything is in memory
-  std::map<std::string, std::string> attributes;
+  std::uint64_t file_bytes = 0;     ///< 0 while everything is in memory
   std::vector<StoredField> fields;  ///< by name
 };
 
 /// Thread safe. The stage of a field is the part of its name before '/'. Chunks carry checksums,
 /// verified when they come back from disk.
-/// Throws ResourceError if the disk is full or the directory not usable, InputError if a file of
-/// the directory is damaged, InternalError for a chunk that was never written.
+///
+/// A checkpoint makes what the store holds outlive the process, a power cut included. Its files
+/// never change: later chunks go to later files, and what a checkpoint no longer needs is deleted
+/// once it stands. So at any instant the directory holds one whole checkpoint, or none.
+///
+/// Throws ResourceError if the disk is full or the directory not usable, DamagedFile, InternalError
+/// for a chunk that was never written.
 class Hdf5Store final : public Store {
  public:
   explicit Hdf5Store(Hdf5StoreOptions options);
@@ -64,23 +72,37 @@ class Hdf5Store final : public Store {
   /// Deletes what is not to be kept, and the directory if that leaves it empty.
   ~Hdf5Store() override;
 
-  /// A complete stage that is written to becomes incomplete.
   void write_chunk(std::string_view field, TileId tile, ChunkBytes bytes) override;
   ChunkBytes read_chunk(std::string_view field, TileId tile) override;
   bool has_chunk(std::string_view field, TileId tile) const override;
   void erase(std::string_view field) override;
 
-  /// Text kept with the stage: options, hashes of inputs. Belongs before complete_stage.
-  void set_attribute(std::string_view stage, const std::string& name, std::string value);
-  std::optional<std::string> attribute(std::string_view stage, const std::string& name) const;
-  /// With `keep`: everything of the stage is on disk, synced, under its final name. Else only notes
-  /// it.
-  void complete_stage(std::string_view stage);
-  bool is_complete(std::string_view stage) const;
+  /// All that was written and not erased; `changed` grows whenever a chunk is written.
+  struct FieldState {
+    std::string name;
+    std::uint64_t changed = 0;
+    bool operator==(const FieldState&) const = default;
+    auto operator<=>(const FieldState&) const = default;
+  };
+  /// By name.
+  std::vector<FieldState> fields() const;
+
+  /// Text kept with the next checkpoint.
+  void set_note(const std::string& name, std::string value);
+  std::optional<std::string> note(const std::string& name) const;
+  /// Nothing else may use the store meanwhile. Returns when all is written; syncing goes on beside
+  /// what comes next, and its failure is thrown by the next call or by settle. Does nothing if
+  /// nothing is kept.
+  void checkpoint();
+  /// Waits until the last checkpoint stands.
+  void settle();
+  bool has_checkpoint() const { return has_checkpoint_; }
+  /// Bytes that a checkpoint would have to write.
+  std::uint64_t unsaved_bytes() const;
   /// Changes Hdf5StoreOptions::keep, for work that is to be kept until it has succeeded.
   void set_keep(bool keep);
-  /// Forgets the stage and deletes its file.
-  void discard_stage(std::string_view stage);
+  /// Sentences about files that were found damaged on opening; what they held is gone.
+  const std::vector<std::string>& damage() const { return damage_; }
 
   /// By name.
   std::vector<StoredStage> list() const;
@@ -88,6 +110,9 @@ class Hdf5Store final : public Store {
   /// Traffic with the disk so far.
   std::uint64_t bytes_read() const;
   std::uint64_t bytes_written() const;
+  /// About what the files of the store take on disk, now and at most so far.
+  std::uint64_t disk_bytes() const;
+  std::uint64_t peak_disk_bytes() const;
   /// Chunk bytes in the cache now.
   std::uint64_t cached_bytes() const;
 
@@ -99,7 +124,8 @@ class Hdf5Store final : public Store {
     ChunkBytes data;  ///< null: only on disk
     std::uint64_t bytes = 0;
     std::uint64_t version = 0;  ///< of the content, unique in the store
-    bool on_disk = false;       ///< the content is at `offset`
+    bool on_disk = false;       ///< the content is at `offset` of `file`
+    StageFile* file = nullptr;
     std::uint64_t offset = 0;
     std::uint64_t capacity = 0;  ///< bytes of the file at `offset` that belong to this chunk
     std::uint64_t checksum = 0;
@@ -108,15 +134,15 @@ class Hdf5Store final : public Store {
     LruList::iterator lru;
   };
   struct Stage {
-    std::optional<StageFile> file;
-    bool complete = false;
-    StageFile::Attributes attributes;
+    std::unique_ptr<StageFile> open;  ///< since the last checkpoint
+    std::vector<std::shared_ptr<StageFile>> sealed;
   };
   struct Field {
     std::string name;
     std::string short_name;  ///< without the stage
     std::string stage_name;
     Stage* stage = nullptr;
+    std::uint64_t changed = 0;
     std::unordered_map<std::uint32_t, Entry> chunks;
   };
   struct Hash {
@@ -128,8 +154,16 @@ class Hdf5Store final : public Store {
 
   Field& field_of(std::string_view name);
   const Entry* find(std::string_view field, TileId tile) const;
-  std::filesystem::path path_of(const std::string& stage) const;
   StageFile& writable_file(const std::string& name, Stage& stage);
+  void take_up();
+  void open_checkpoint(const StoreRecord& record);
+  void delete_leftovers(const StoreRecord& record);
+  void delete_everything();
+  std::vector<Field*> fields_of(const Stage& stage);
+  void write_unsaved(Stage& stage);
+  void seal(Stage& stage);
+  [[noreturn]] void refuse(const DiskFull& full) const;
+  std::uint64_t bytes_on_disk() const;
 
   // With mutex_ held:
   void drop_data(Entry& entry);
@@ -145,6 +179,13 @@ class Hdf5Store final : public Store {
 
   Hdf5StoreOptions options_;
   bool may_remove_directory_ = false;
+  std::vector<std::string> damage_;
+  std::uint64_t number_ = 0;  ///< of the last checkpoint begun
+  std::atomic<bool> has_checkpoint_ = false;
+  std::future<void> committing_;
+  std::atomic<std::uint64_t> dying_bytes_ = 0;  ///< of files to be deleted once a checkpoint stands
+  std::uint64_t peak_disk_bytes_ = 0;
+  std::map<std::string, std::string> notes_;
 
   // io_mutex_ guards the files and the fields' existence; it is taken before mutex_.
   mutable std::mutex io_mutex_;

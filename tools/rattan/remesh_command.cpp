@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <cstdlib>
 #include <map>
 #include <memory>
 #include <string>
@@ -10,6 +11,7 @@
 #include "jobs/size_list.h"
 #include "tools/rattan/commands.h"
 #include "tools/rattan/console.h"
+#include "tools/rattan/interruption.h"
 
 namespace rattan {
 
@@ -99,6 +101,7 @@ void add_run_options(CLI::App& command, Arguments& args) {
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
   command.add_option("--work-dir", o.work_dir, "folder of intermediate data; default OUT.work");
+  command.add_flag("--fresh", o.fresh, "start anew, whatever an earlier run left in that folder");
   command.add_flag("--keep-work", o.keep_work, "leave the intermediate data for inspection");
   command.add_flag("--dry-run", args.dry_run,
                    "read the scan, print what the run would take, and stop");
@@ -133,10 +136,14 @@ int run(Arguments& args) {
     fmt::print("{}", describe(plan));
     return plan.fits() ? 0 : 4;
   }
+  if (const char* seconds = std::getenv("RATTAN_CHECKPOINT_SECONDS")) {
+    o.checkpoint_seconds = std::strtod(seconds, nullptr);
+  }
   RemeshReport report;
   {
+    Interruption interruption;
     Console console(verbosity);
-    report = remesh_scan(o, console);
+    report = remesh_scan(o, console, {interruption.soon(), interruption.now()});
   }
   if (verbosity != Verbosity::kQuiet) {
     for (const auto& [output, singularities, distance, shared_with] : report.outputs) {
