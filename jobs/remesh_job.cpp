@@ -22,6 +22,7 @@
 #include "engine/remesh/refine_creases.h"
 #include "engine/remesh/refine_loops.h"
 #include "engine/remesh/topology.h"
+#include "engine/remesh/untangle.h"
 #include "engine/remesh/vertex_colours.h"
 #include "io/remesh/remesh_writer.h"
 #include "io/scan/field_reader.h"
@@ -371,30 +372,23 @@ class RemeshJob {
     return std::max(final_faces() / target_.faces, target_.faces / final_faces());
   }
 
-  // A folded quad can't become two triangles here: more untangling, then other quads in its place.
-  // The mesh with fewest of them is kept, as long as it has the faces that were asked for.
+  // A folded quad can't become two triangles here: it is moved, or others take its place, as long
+  // as the mesh has the faces that were asked for.
   void mend_quads() {
-    constexpr int kRounds = 4;
-    std::uint64_t fewest = measure_quality(remesh_).bad_quads;
-    PolygonMesh mended = fewest > 0 ? remesh_ : PolygonMesh();
-    for (int round = 0; round < kRounds && fewest > 0; ++round) {
-      OptimiseOptions options = optimise_options();
-      if (round == 0) {
-        options.steps = 0;
-        options.relocate = false;
-      } else {
-        mend_bad_quads(mended);
-      }
-      options.untangle_rounds = 12;
-      optimise(mended, store_, mesh_, *projector_, options, tasks_);
-      const std::uint64_t left = measure_quality(mended).bad_quads;
-      const auto faces = static_cast<double>(mended.face_count());
-      if (left < fewest &&
-          (meets_target(faces, target_) || !meets_target(final_faces(), target_))) {
-        fewest = left;
-        remesh_ = mended;
-      }
+    UntangleOptions options;
+    options.features = field_.features.get();
+    if (quads_not_above(remesh_, options.least).empty()) {
+      return;
     }
+    std::optional<BoundaryCurve> boundary;
+    if (mesh_.topology.boundary_loops > 0) {
+      boundary.emplace(store_, mesh_, tasks_);
+      options.boundary = &*boundary;
+    }
+    const bool had_met = met();
+    mend_until_good(remesh_, *projector_, options, tasks_, [&](std::size_t faces) {
+      return !had_met || meets_target(static_cast<double>(faces), target_);
+    });
   }
 
   // The promises are checked on the mesh itself before it is written; the writer compares what it
