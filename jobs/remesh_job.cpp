@@ -10,6 +10,7 @@
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include "engine/core/resident_memory.h"
 #include "engine/layout/arrangement.h"
 #include "engine/mesh/ingest.h"
 #include "engine/mesh/scan_record.h"
@@ -28,6 +29,7 @@
 #include "io/scan/field_reader.h"
 #include "io/scan/scan_reader.h"
 #include "io/store/hdf5_store.h"
+#include "jobs/memory_plan.h"
 #include "jobs/memory_share.h"
 #include "jobs/output_names.h"
 #include "jobs/preview.h"
@@ -77,10 +79,13 @@ class RemeshJob {
         parallelism_(oneapi::tbb::global_control::max_allowed_parallelism,
                      static_cast<std::size_t>(threads_)),
         memory_(options.memory > 0 ? options.memory : default_memory_share()),
+        budget_(memory_),
         store_({.directory = options.work_dir.empty() ? names_[0] + ".work" : options.work_dir,
-                .cache_bytes = memory_ / 2,
+                .cache_bytes = memory_,
+                .budget = &budget_,
                 .keep = options.keep_work}),
-        tasks_({.threads = threads_}, &progress_),
+        tasks_({.threads = threads_, .tiles_in_flight = tiles_in_flight(memory_, threads_)},
+               &progress_),
         clock_(
             tasks_,
             [this] {
@@ -90,12 +95,17 @@ class RemeshJob {
 
   RemeshReport run() {
     const double start = wall_seconds();
+    check_memory(memory_wish(0, asked_faces()), memory_, options_.scan);
+    process_memory_ = budget_.reserve(memory_need({.threads = threads_}, memory_).total(),
+                                      "the program and tiles at work");
     clock_.run("ingest", [&] { ingest(); });
     report_.outputs.resize(names_.size());
     std::vector<double> faces;
     for (const double size : options_.sizes) {
       faces.push_back(target_size(options_.size_kind, size, mesh_).faces);
     }
+    const double most = *std::max_element(faces.begin(), faces.end());
+    check_memory(memory_wish(mesh_.topology.vertices, most), memory_, options_.scan);
     for (const PlannedSize& planned : plan_sizes(faces, options_.density)) {
       make_size(planned);
     }
@@ -104,6 +114,20 @@ class RemeshJob {
   }
 
  private:
+  MemoryWish memory_wish(std::uint64_t vertices, double faces) const {
+    return {.vertices = vertices,
+            .faces = faces,
+            .threads = threads_,
+            .picture = !options_.preview.empty()};
+  }
+
+  /// What is asked for in faces; 0 if the scan decides.
+  double asked_faces() const {
+    return options_.size_kind == SizeKind::kFaces
+               ? *std::max_element(options_.sizes.begin(), options_.sizes.end())
+               : 0.0;
+  }
+
   /// One remesh, from the scan in the store to the file.
   void make_size(const PlannedSize& planned) {
     current_ = planned.size;
@@ -122,12 +146,21 @@ class RemeshJob {
     clock_.run("write", [&] { write(); });
     if (!options_.preview.empty()) {
       clock_.run("preview", [&] {
+        projector_.reset();
+        const PromptReturn prompt(budget_.tight());
+        const Reservation pixels =
+            budget_.reserve(memory_need(memory_wish(0, 0.0), memory_).picture, "the preview");
+        RenderOptions picture;
+        picture.resident_triangles = std::min(picture.resident_triangles,
+                                              budget_.available() / 4 / kPictureBytesPerTriangle);
+        const Reservation kept = budget_.reserve(
+            picture.resident_triangles * kPictureBytesPerTriangle, "the preview's surface");
         write_preview({.store = store_,
                        .scan = mesh_,
                        .remesh = &remesh_,
                        .omega = omega_,
                        .density = density_},
-                      previews_[current_]);
+                      previews_[current_], picture);
       });
     }
     if (options_.keep_work) {
@@ -140,6 +173,7 @@ class RemeshJob {
     IngestOptions options;
     options.tile_size = options_.tile_size;
     options.memory_bytes = memory_ / 4;
+    options.budget = &budget_;
     options.input_name = options_.scan;
     options.merge = options_.merge_vertices ? Merge::kAlways : Merge::kSoup;
     options.drop_components = options_.drop_components;
@@ -240,10 +274,14 @@ class RemeshJob {
 
   // Makes remesh_, unless more than `most` faces are to be expected of the cells.
   bool extract_quads(double most) {
+    const PromptReturn prompt(budget_.tight());
     // A mesh of quads has as many vertices as faces, and each is a crossing.
     constexpr double kCrossings = 4.0;
-    ArrangementOptions options{
-        .omega = omega_, .density = density_, .features = field_.features.get()};
+    ArrangementOptions options{.omega = omega_,
+                               .density = density_,
+                               .features = field_.features.get(),
+                               .budget = &budget_};
+    output_memory_.release();
     if (std::isfinite(most)) {
       options.most_crossings = static_cast<std::uint64_t>(kCrossings * most);
     }
@@ -256,6 +294,7 @@ class RemeshJob {
       return false;
     }
     expected_faces_ = expected_faces(cells);
+    output_memory_ = budget_.reserve(output_bytes(expected_faces_), "the remesh");
     if (expected_faces_ > most) {
       return false;
     }
@@ -302,7 +341,8 @@ class RemeshJob {
   }
 
   void optimise_positions() {
-    projector_.emplace(store_, mesh_, ProjectorOptions{}, tasks_);
+    const PromptReturn prompt(budget_.tight());
+    projector_.emplace(store_, mesh_, ProjectorOptions{.budget = &budget_}, tasks_);
     optimise(remesh_, store_, mesh_, *projector_, optimise_options(), tasks_);
     if (options_.pure_quads) {
       mend_quads();
@@ -513,6 +553,9 @@ class RemeshJob {
   int threads_;
   oneapi::tbb::global_control parallelism_;
   std::uint64_t memory_;
+  MemoryBudget budget_;
+  Reservation process_memory_;
+  Reservation output_memory_;
   Hdf5Store store_;
   TaskGraph tasks_;
   StageClock clock_;

@@ -47,7 +47,7 @@ class Hierarchy {
 };
 
 /// Levels up to this many nodes are kept in memory, larger ones go through the store.
-inline constexpr std::uint64_t kMemoryLevelNodes = 1U << 20;
+inline constexpr std::uint64_t kMemoryLevelNodes = 1U << 15;
 /// Finer tiles are united while a coarse tile stays within this many nodes.
 inline constexpr std::uint32_t kCoarseTileNodes = 1U << 12;
 

@@ -17,6 +17,8 @@ namespace {
 constexpr const char* kExtension = ".h5";
 /// One in so many chunks read from disk enters the cache as recently used.
 constexpr std::uint64_t kAdmitEvery = 32;
+/// The budget is looked at when so many chunks have come.
+constexpr std::uint32_t kLookEvery = 8;
 /// A chunk read again within so many misses is in demand.
 constexpr std::uint64_t kAtOnce = 64;
 
@@ -33,7 +35,8 @@ std::uint64_t chunk_checksum(std::string_view field, std::uint32_t tile, const C
 
 }  // namespace
 
-Hdf5Store::Hdf5Store(Hdf5StoreOptions options) : options_(std::move(options)) {
+Hdf5Store::Hdf5Store(Hdf5StoreOptions options)
+    : options_(std::move(options)), cache_limit_(options_.cache_bytes) {
   std::error_code error;
   std::vector<fs::path> finished;
   for (fs::directory_iterator at(options_.directory, error), end; !error && at != end;
@@ -67,9 +70,20 @@ Hdf5Store::Hdf5Store(Hdf5StoreOptions options) : options_(std::move(options)) {
       }
     }
   }
+  if (options_.budget != nullptr) {
+    options_.budget->set_cache([this] {
+      std::unique_lock lock(mutex_);
+      looks_ = 0;
+      look_at_budget();
+      shrink(lock);
+    });
+  }
 }
 
 Hdf5Store::~Hdf5Store() {
+  if (options_.budget != nullptr) {
+    options_.budget->set_cache({});
+  }
   for (auto& [name, stage] : stages_) {
     if (!stage.file) {
       continue;
@@ -151,6 +165,7 @@ void Hdf5Store::write_chunk(std::string_view field, TileId tile, ChunkBytes byte
   e.on_disk = false;
   cached_bytes_ += e.bytes;
   touch(f, tile.value, e, true);
+  look_at_budget();
   shrink(lock);
 }
 
@@ -208,7 +223,8 @@ ChunkBytes Hdf5Store::read_chunk(std::string_view field, TileId tile) {
       ++misses_;
       const bool again = e->last_miss != 0 && misses_ - e->last_miss <= kAtOnce;
       e->last_miss = misses_;
-      const bool full = cached_bytes_ > options_.cache_bytes;
+      look_at_budget();
+      const bool full = cached_bytes_ > cache_limit_;
       touch(f, tile.value, *e, !full || again || misses_ % kAdmitEvery == 0);
       shrink(lock);
     }
@@ -238,8 +254,14 @@ void Hdf5Store::erase(std::string_view field) {
   fields_.erase(f);
 }
 
+void Hdf5Store::look_at_budget() {
+  if (options_.budget != nullptr && looks_++ % kLookEvery == 0) {
+    cache_limit_ = std::min(options_.cache_bytes, options_.budget->cache_share(cached_bytes_));
+  }
+}
+
 void Hdf5Store::shrink(std::unique_lock<std::mutex>& lock) {
-  while (cached_bytes_ > options_.cache_bytes && !lru_.empty()) {
+  while (cached_bytes_ > cache_limit_ && !lru_.empty()) {
     const auto [field, tile] = lru_.front();
     Entry& e = field->chunks.find(tile)->second;
     if (e.on_disk) {

@@ -16,6 +16,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "engine/core/memory_budget.h"
 #include "engine/core/store.h"
 #include "io/store/stage_file.h"
 
@@ -28,6 +29,9 @@ struct Hdf5StoreOptions {
   /// Bytes of chunks in memory. Chunks that readers still pin, or that are being written by one of
   /// the threads, come on top.
   std::uint64_t cache_bytes = std::uint64_t{1} << 30;
+  /// If there is one, the cache also stays within its share and gives way to reservations. Must
+  /// outlive the store.
+  MemoryBudget* budget = nullptr;
   /// Complete stages stay on disk when the store is closed; else they never need to get there.
   bool keep = false;
   /// For looking at a directory that another process may own: nothing there is changed.
@@ -132,6 +136,8 @@ class Hdf5Store final : public Store {
   void touch(Field& field, std::uint32_t tile, Entry& entry, bool last);
   /// Evicts until the cache is within its size; gives up the lock while writing.
   void shrink(std::unique_lock<std::mutex>& lock);
+  /// Looks at the budget now and then: often enough that few chunks come between.
+  void look_at_budget();
 
   /// Writes one chunk's current content; io_mutex_ held, mutex_ not.
   void write_out(Field& field, std::uint32_t tile, std::uint64_t version, const ChunkBytes& data,
@@ -147,6 +153,8 @@ class Hdf5Store final : public Store {
   Names<Field> fields_;
   LruList lru_;
   std::uint64_t cached_bytes_ = 0;
+  std::uint64_t cache_limit_ = 0;
+  std::uint32_t looks_ = 0;
   std::uint64_t next_version_ = 1;
   std::uint64_t misses_ = 0;
   std::uint64_t bytes_read_ = 0;
