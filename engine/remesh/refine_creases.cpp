@@ -19,6 +19,8 @@ namespace {
 constexpr int kRounds = 3;
 /// Parts of one edge in a round.
 constexpr int kMostParts = 8;
+/// Of the tolerance, for parts: distances are sampled.
+constexpr double kPartTolerance = 0.9;
 /// Quads between two triangles that become quads together.
 constexpr std::uint32_t kPairBetween = 3;
 /// Of a step of irregularity in the choice of diagonals.
@@ -69,7 +71,7 @@ class Divider {
       Vec3d umbrella = 0.5 * (on_[k - 1] + on_[k + 1]) - on_[k];
       umbrella -= umbrella.dot(chord) / std::max(chord.squaredNorm(), 1e-300) * chord;
       const double out = 0.125 * umbrella.norm();
-      const double most = 0.9 * tolerance_;
+      const double most = 0.5 * tolerance_;
       points_.push_back(on_[k] - 0.125 * std::min(1.0, most / std::max(out, 1e-300)) * umbrella);
     }
   }
@@ -78,7 +80,7 @@ class Divider {
     for (std::size_t k = 0; k <= points_.size(); ++k) {
       const Vec3d& from = k == 0 ? p : points_[k - 1];
       const Vec3d& to = k == points_.size() ? q : points_[k];
-      if (distance(from, to, curve) > tolerance_) {
+      if (distance(from, to, curve) > kPartTolerance * tolerance_) {
         return false;
       }
     }
@@ -87,7 +89,7 @@ class Divider {
 
   double distance(const Vec3d& p, const Vec3d& q, std::uint32_t curve) const {
     double off = 0.0;
-    for (const double t : {0.25, 0.5, 0.75}) {
+    for (const double t : {0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875}) {
       const Vec3d x = p + t * (q - p);
       off = std::max(off, (creases_.closest(x, curve) - x).norm());
     }
