@@ -24,8 +24,7 @@ double valence_cost(const CellMap& map, std::uint32_t v, int change) {
 
 /// How much better the valences are after collapsing the quad of h.
 double gain(const CellMap& map, std::uint32_t h) {
-  const std::uint32_t a = map.origin(h), b = map.target(h);
-  const std::uint32_t c = map.target(map.next(h)), d = map.origin(map.prev(h));
+  const auto [a, b, c, d] = map.quad_corners(h);
   const std::uint32_t kept = map.on_curve(c) || map.is_corner(c) ? c : a;
   const std::uint32_t other = kept == a ? c : a;
   return valence_cost(map, a, 0) + valence_cost(map, c, 0) + valence_cost(map, b, 0) +
@@ -54,8 +53,7 @@ bool collapsible(const CellMap& map, std::uint32_t h) {
   if (map.degree(f) != 4 || map.is_hole(f)) {
     return false;
   }
-  const std::uint32_t a = map.origin(h), b = map.target(h);
-  const std::uint32_t c = map.target(map.next(h)), d = map.origin(map.prev(h));
+  const auto [a, b, c, d] = map.quad_corners(h);
   if ((map.on_curve(a) && map.on_curve(c)) || (map.is_corner(a) && map.is_corner(c)) ||
       (map.is_corner(a) && map.on_curve(c)) || (map.is_corner(c) && map.on_curve(a))) {
     return false;
