@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/param/periodic_energy.h"
+#include "engine/solve/hierarchy.h"
 
 namespace rattan {
 
@@ -13,15 +14,17 @@ namespace {
 
 // Below 1 / (1000 edges) curvature is noise: planes get no say in the field.
 constexpr double kFlatEdges = 1000.0;
+// From this power on, what one more cycle adds to log v matters.
+constexpr double kWholeCurl = 0.5;
 
 template <class Block>
 SolveReport solve(Store& store, const ScanMesh& mesh, const SystemFields<Block>& system,
                   const SurfaceField& field, const SolveOptions& options, bool reference,
-                  const char* name, TaskGraph& tasks) {
+                  const char* name, TaskGraph& tasks, SolveHooks<Block>& hooks) {
   SolveReport report =
       reference ? solve_reference(store, mesh.layout, fields::kMeshHalo, system, options, tasks)
                 : solve_nested(store, mesh.layout, fields::kMeshHalo, system, *field.hierarchy,
-                               options, tasks);
+                               options, tasks, &hooks);
   report.system = name;
   // Only the solution is needed from here on.
   for (const std::string_view used : {system.fit.name, system.rhs.name}) {
@@ -47,13 +50,15 @@ SurfaceField prepare_geometry(Store& store, const ScanMesh& mesh, const FieldOpt
                               TaskGraph& tasks, const SurfaceField* previous) {
   SurfaceField field;
   field.options = options;
-  if (previous == nullptr) {
+  const bool make_graph = previous == nullptr;
+  if (make_graph && !options.find_features) {
     build_vertex_graph(store, mesh, tasks);
   }
   FeatureOptions features = options.features;
   features.side = std::max(options.quad_side, mesh.mean_edge_length);
   field.features = std::make_shared<const FeatureSet>(
-      options.find_features ? find_features(store, mesh, features, tasks) : FeatureSet{});
+      options.find_features ? find_features(store, mesh, features, tasks, make_graph)
+                            : FeatureSet{});
   field.low_pass.radius = capped_low_pass_radius(mesh, options.low_pass * options.quad_side);
   field.low_pass.features = field.features.get();
   field.geometry.energy = options.energy;
@@ -68,10 +73,11 @@ SurfaceField prepare_geometry(Store& store, const ScanMesh& mesh, const FieldOpt
     return field;
   }
   low_pass_positions(store, mesh, field.low_pass, tasks);
-  field.area = prepare_surface(store, mesh, field.geometry, tasks);
+  FirstMatching matching(store, mesh.layout, fields::kMeshHalo);
+  field.area = prepare_surface(store, mesh, field.geometry, tasks, &matching);
   field.hierarchy = build_hierarchy(store, mesh.layout, fields::kMeshHalo,
                                     {fields::kRowBegin, fields::kNeighbor, fields::kEdgeWeight},
-                                    options.hierarchy, tasks);
+                                    options.hierarchy, tasks, &matching);
   return field;
 }
 
@@ -84,11 +90,21 @@ void smooth_field(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskG
   smoothing.align_boundary = options.align_boundary;
   smoothing.features = field.features.get();
   smoothing.pin = options.pin_features;
-  assemble_smoothing(store, mesh, smoothing, tasks);
+  BorderGauges<ComplexBlock> gauges(*field.hierarchy);
+  assemble_smoothing(store, mesh, smoothing, tasks, &gauges);
+  FrameWriter frames(store, mesh, smoothing);
+  SolveHooks<ComplexBlock> hooks;
+  hooks.border_gauges = gauges.take();
+  hooks.consume = [&](TileId id) { return frames.tile(id); };
   field.reports.push_back(solve(store, mesh, fields::kSmoothingSystem, field,
-                                options.smoothing_solve, options.reference, "smoothing", tasks));
+                                options.smoothing_solve, options.reference, "smoothing", tasks,
+                                hooks));
   store.erase(fields::kSmoothingSystem.coefficient.name);
-  write_frames(store, mesh, smoothing, tasks);
+  if (!hooks.consumed) {
+    consume_solution(store, mesh.layout, fields::kSmoothingSystem.solution, hooks, tasks);
+    store.erase(fields::kSmoothingSystem.solution.name);
+  }
+  frames.finish();
 }
 
 void correct_curl(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskGraph& tasks) {
@@ -98,10 +114,23 @@ void correct_curl(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskG
   }
   CurlOptions curl;
   curl.power = options.curl_power;
+  SolveOptions solve_options = options.curl_solve;
+  if (curl.power > kWholeCurl) {
+    solve_options.cycles = std::max(solve_options.cycles, 2);
+  }
   assemble_curl(store, mesh, tasks);
-  field.reports.push_back(solve(store, mesh, fields::kCurlSystem, field, options.curl_solve,
-                                options.reference, "curl", tasks));
-  apply_scale(store, mesh, curl, tasks);
+  ScaleWriter scales(store, mesh, curl);
+  SolveHooks<RealBlock> hooks;
+  hooks.moments = [&](double mean, double variance) { scales.even_out(mean, variance); };
+  hooks.consume = [&](TileId id) { return scales.tile(id); };
+  field.reports.push_back(solve(store, mesh, fields::kCurlSystem, field, solve_options,
+                                options.reference, "curl", tasks, hooks));
+  if (hooks.consumed) {
+    scales.finish();
+  } else {
+    apply_scale(store, mesh, curl, tasks);
+    store.erase(fields::kCurlSystem.solution.name);
+  }
 }
 
 SolveReport parameterize(Store& store, const ScanMesh& mesh, const SurfaceField& field,
@@ -111,15 +140,18 @@ SolveReport parameterize(Store& store, const ScanMesh& mesh, const SurfaceField&
   const SystemFields<PairBlock>& system =
       pulled ? fields::kPulledPhaseSystem
              : (pinned ? fields::kPinnedPhaseSystem : fields::kPhaseSystem);
+  BorderGauges<PairBlock> gauges(*field.hierarchy);
   if (pulled) {
-    assemble_pulled_phase(store, mesh, options.omega, tasks);
+    assemble_pulled_phase(store, mesh, options.omega, tasks, &gauges);
   } else if (pinned) {
-    assemble_pinned_phase(store, mesh, options.omega, tasks);
+    assemble_pinned_phase(store, mesh, options.omega, tasks, &gauges);
   } else {
-    assemble_phase(store, mesh, options.omega, tasks);
+    assemble_phase(store, mesh, options.omega, tasks, &gauges);
   }
+  SolveHooks<PairBlock> hooks;
+  hooks.border_gauges = gauges.take();
   SolveReport report = solve(store, mesh, system, field, options.solve, options.reference,
-                             "parameterization", tasks);
+                             "parameterization", tasks, hooks);
   store.erase(system.coefficient.name);
   if (pinned) {
     store.erase(system.part_diagonal.name);
