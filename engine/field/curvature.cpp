@@ -8,8 +8,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
-#include <utility>
 
 namespace rattan {
 
@@ -33,6 +31,7 @@ struct SurfaceState {
   std::vector<Vec3f> normal;
   std::vector<float> area;
   std::vector<CurvatureMeasure> curvature;
+  Matching matching;
 };
 
 // Normal, area and raw curvature measure of every owned vertex, from its fan alone.
@@ -53,14 +52,14 @@ void surface_of_tile(const std::vector<Vec3f>& p, SurfaceState& s) {
     double t[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
     // The edge to `a` lies between the triangle before (unit normal n_before) and the one after.
     const auto fold = [&](const Vec3d& a, const Vec3d& n_right, const Vec3d& n_left) {
-      const Vec3d d = n_left - n_right;
-      const double bend = std::sqrt(d.squaredNorm());
-      const double length = std::sqrt(a.squaredNorm());
-      if (bend == 0.0 || length == 0.0) {
+      const double bend2 = (n_left - n_right).squaredNorm();
+      const double length2 = a.squaredNorm();
+      if (bend2 == 0.0 || length2 == 0.0) {
         return;
       }
       // Half of the edge belongs to either end: beta * (length / 2) * a a^T / length^2.
-      const double f = (n_right.cross(n_left).dot(a) < 0.0 ? 0.5 : -0.5) * bend / length;
+      const double f =
+          (n_right.cross(n_left).dot(a) < 0.0 ? 0.5 : -0.5) * std::sqrt(bend2 / length2);
       t[0] += f * a.x() * a.x();
       t[1] += f * a.y() * a.y();
       t[2] += f * a.z() * a.z();
@@ -69,7 +68,7 @@ void surface_of_tile(const std::vector<Vec3f>& p, SurfaceState& s) {
       t[5] += f * a.y() * a.z();
     };
     const auto unit = [](const Vec3d& c, double norm, const Vec3d& otherwise) -> Vec3d {
-      return norm > 1e-280 ? Vec3d(c / norm) : otherwise;
+      return norm > 1e-280 ? Vec3d(c * (1.0 / norm)) : otherwise;
     };
     Vec3d a = p[neighbor[open ? begin : end - 1]].cast<double>() - at;
     Vec3d n_before = Vec3d::Zero();
@@ -111,6 +110,34 @@ void surface_of_tile(const std::vector<Vec3f>& p, SurfaceState& s) {
   }
 }
 
+// Rounds among `values` (owned first): those beyond `owned` stay as they are, or where there are
+// none, stay out.
+void average(const FanView& fans, int rounds, std::vector<CurvatureMeasure>& values) {
+  const std::uint32_t owned = fans.owned();
+  const std::uint32_t* row = fans.row_begin.span().data();
+  const std::uint32_t* neighbor = fans.neighbor.span().data();
+  std::vector<CurvatureMeasure> next(rounds > 0 ? owned : 0);
+  for (int round = 0; round < rounds; ++round) {
+    for (std::uint32_t i = 0; i < owned; ++i) {
+      std::array<float, 8> sum = values[i].m;
+      for (std::uint32_t k = row[i]; k < row[i + 1]; ++k) {
+        if (neighbor[k] >= values.size()) {
+          continue;
+        }
+        const std::array<float, 8>& m = values[neighbor[k]].m;
+        for (int c = 0; c < 8; ++c) {
+          sum[c] += m[c];
+        }
+      }
+      const auto scale = static_cast<float>(share_of(row[i], row[i + 1]));
+      for (int c = 0; c < 8; ++c) {
+        next[i].m[c] = sum[c] * scale;
+      }
+    }
+    std::copy(next.begin(), next.end(), values.begin());
+  }
+}
+
 struct AverageState {
   FanView fans;
   HaloView<CurvatureMeasure> in;
@@ -118,27 +145,6 @@ struct AverageState {
   std::vector<CurvatureMeasure> out;
   std::vector<Vec3f> out_normals;
 };
-
-void average(AverageState& s) {
-  const std::vector<CurvatureMeasure> in = s.in.gather();
-  const std::uint32_t owned = s.fans.owned();
-  const std::uint32_t* row = s.fans.row_begin.span().data();
-  const std::uint32_t* neighbor = s.fans.neighbor.span().data();
-  s.out.resize(owned);
-  for (std::uint32_t i = 0; i < owned; ++i) {
-    std::array<float, 8> sum = in[i].m;
-    for (std::uint32_t k = row[i]; k < row[i + 1]; ++k) {
-      const std::array<float, 8>& m = in[neighbor[k]].m;
-      for (int c = 0; c < 8; ++c) {
-        sum[c] += m[c];
-      }
-    }
-    const auto scale = static_cast<float>(share_of(row[i], row[i + 1]));
-    for (int c = 0; c < 8; ++c) {
-      s.out[i].m[c] = sum[c] * scale;
-    }
-  }
-}
 
 // Where a fan is folded over, its normal points into the surface and the field around it has to
 // make up for a whole sphere of turns: eight singularities for one vertex. Such a vertex takes the
@@ -169,11 +175,12 @@ int curvature_rounds(const ScanMesh& mesh, double reach) {
 }
 
 double prepare_surface(Store& store, const ScanMesh& mesh, const GeometryOptions& options,
-                       TaskGraph& tasks) {
+                       TaskGraph& tasks, FirstMatching* matching) {
   const std::uint32_t tiles = mesh.layout.tile_count();
-  BoardWriter<Vec3f> normals(fields::kNormal, mesh.layout);
+  const int inside = options.curvature_rounds / 3;
   double total_area = 0.0;
   {
+    BoardWriter<Vec3f> normals(fields::kNormal, mesh.layout);
     BoardWriter<CurvatureMeasure> curvature(fields::kCurvature, mesh.layout);
     run_pass<SurfaceState>(
         tasks, "surface", tiles,
@@ -185,6 +192,10 @@ double prepare_surface(Store& store, const ScanMesh& mesh, const GeometryOptions
           const std::vector<Vec3f> p = s.positions.gather();
           fan_weights(s.fans, p, options.energy, s.weight, s.diagonal);
           surface_of_tile(p, s);
+          average(s.fans, inside, s.curvature);
+          if (matching != nullptr) {
+            s.matching = match_twice(s.fans.row_begin.span(), s.fans.neighbor.span(), s.weight);
+          }
         },
         [&](TileId id, SurfaceState& s) {
           write(store, fields::kEdgeWeight, id, s.weight);
@@ -192,6 +203,9 @@ double prepare_surface(Store& store, const ScanMesh& mesh, const GeometryOptions
           write(store, fields::kVertexArea, id, s.area);
           normals.commit(store, fields::kMeshHalo, id, s.normal);
           curvature.commit(store, fields::kMeshHalo, id, s.curvature);
+          if (matching != nullptr) {
+            matching->commit(id, s.matching);
+          }
           for (const float a : s.area) {
             total_area += static_cast<double>(a);
           }
@@ -199,39 +213,27 @@ double prepare_surface(Store& store, const ScanMesh& mesh, const GeometryOptions
     normals.finish(store);
     curvature.finish(store);
   }
-  for (int round = 0; round < options.curvature_rounds; ++round) {
-    const bool unfolds = round == 0;
-    BoardWriter<CurvatureMeasure> curvature(fields::kCurvature, mesh.layout);
-    std::optional<BoardWriter<Vec3f>> unfolded;
-    if (unfolds) {
-      unfolded.emplace(fields::kNormal, mesh.layout);
-    }
-    run_pass<AverageState>(
-        tasks, "curvature", tiles,
-        [&](TileId id, AverageState& s) {
-          s.fans.load(store, id);
-          s.in.load(store, fields::kCurvature, fields::kMeshHalo, id);
-          if (unfolds) {
-            s.normals.load(store, fields::kNormal, fields::kMeshHalo, id);
-          }
-        },
-        [&](TileId, AverageState& s) {
-          average(s);
-          if (unfolds) {
-            unfold_normals(s);
-          }
-        },
-        [&](TileId id, AverageState& s) {
-          curvature.commit(store, fields::kMeshHalo, id, s.out);
-          if (unfolds) {
-            unfolded->commit(store, fields::kMeshHalo, id, s.out_normals);
-          }
-        });
-    if (unfolds) {
-      unfolded->finish(store);
-    }
-    curvature.finish(store);
-  }
+  BoardWriter<Vec3f> normals(fields::kNormal, mesh.layout);
+  BoardWriter<CurvatureMeasure> curvature(fields::kCurvature, mesh.layout);
+  run_pass<AverageState>(
+      tasks, "curvature", tiles,
+      [&](TileId id, AverageState& s) {
+        s.fans.load(store, id);
+        s.in.load(store, fields::kCurvature, fields::kMeshHalo, id);
+        s.normals.load(store, fields::kNormal, fields::kMeshHalo, id);
+      },
+      [&](TileId, AverageState& s) {
+        s.out = s.in.gather();
+        average(s.fans, options.curvature_rounds - inside, s.out);
+        s.out.resize(s.fans.owned());
+        unfold_normals(s);
+      },
+      [&](TileId id, AverageState& s) {
+        curvature.commit(store, fields::kMeshHalo, id, s.out);
+        normals.commit(store, fields::kMeshHalo, id, s.out_normals);
+      });
+  normals.finish(store);
+  curvature.finish(store);
   return total_area;
 }
 
