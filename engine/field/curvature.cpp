@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace rattan {
 
@@ -110,34 +111,6 @@ void surface_of_tile(const std::vector<Vec3f>& p, SurfaceState& s) {
   }
 }
 
-// Rounds among `values` (owned first): those beyond `owned` stay as they are, or where there are
-// none, stay out.
-void average(const FanView& fans, int rounds, std::vector<CurvatureMeasure>& values) {
-  const std::uint32_t owned = fans.owned();
-  const std::uint32_t* row = fans.row_begin.span().data();
-  const std::uint32_t* neighbor = fans.neighbor.span().data();
-  std::vector<CurvatureMeasure> next(rounds > 0 ? owned : 0);
-  for (int round = 0; round < rounds; ++round) {
-    for (std::uint32_t i = 0; i < owned; ++i) {
-      std::array<float, 8> sum = values[i].m;
-      for (std::uint32_t k = row[i]; k < row[i + 1]; ++k) {
-        if (neighbor[k] >= values.size()) {
-          continue;
-        }
-        const std::array<float, 8>& m = values[neighbor[k]].m;
-        for (int c = 0; c < 8; ++c) {
-          sum[c] += m[c];
-        }
-      }
-      const auto scale = static_cast<float>(share_of(row[i], row[i + 1]));
-      for (int c = 0; c < 8; ++c) {
-        next[i].m[c] = sum[c] * scale;
-      }
-    }
-    std::copy(next.begin(), next.end(), values.begin());
-  }
-}
-
 struct AverageState {
   FanView fans;
   HaloView<CurvatureMeasure> in;
@@ -145,6 +118,27 @@ struct AverageState {
   std::vector<CurvatureMeasure> out;
   std::vector<Vec3f> out_normals;
 };
+
+void average(AverageState& s) {
+  const std::vector<CurvatureMeasure> in = s.in.gather();
+  const std::uint32_t owned = s.fans.owned();
+  const std::uint32_t* row = s.fans.row_begin.span().data();
+  const std::uint32_t* neighbor = s.fans.neighbor.span().data();
+  s.out.resize(owned);
+  for (std::uint32_t i = 0; i < owned; ++i) {
+    std::array<float, 8> sum = in[i].m;
+    for (std::uint32_t k = row[i]; k < row[i + 1]; ++k) {
+      const std::array<float, 8>& m = in[neighbor[k]].m;
+      for (int c = 0; c < 8; ++c) {
+        sum[c] += m[c];
+      }
+    }
+    const auto scale = static_cast<float>(share_of(row[i], row[i + 1]));
+    for (int c = 0; c < 8; ++c) {
+      s.out[i].m[c] = sum[c] * scale;
+    }
+  }
+}
 
 // Where a fan is folded over, its normal points into the surface and the field around it has to
 // make up for a whole sphere of turns: eight singularities for one vertex. Such a vertex takes the
@@ -177,7 +171,6 @@ int curvature_rounds(const ScanMesh& mesh, double reach) {
 double prepare_surface(Store& store, const ScanMesh& mesh, const GeometryOptions& options,
                        TaskGraph& tasks, FirstMatching* matching) {
   const std::uint32_t tiles = mesh.layout.tile_count();
-  const int inside = options.curvature_rounds / 3;
   double total_area = 0.0;
   {
     BoardWriter<Vec3f> normals(fields::kNormal, mesh.layout);
@@ -192,7 +185,6 @@ double prepare_surface(Store& store, const ScanMesh& mesh, const GeometryOptions
           const std::vector<Vec3f> p = s.positions.gather();
           fan_weights(s.fans, p, options.energy, s.weight, s.diagonal);
           surface_of_tile(p, s);
-          average(s.fans, inside, s.curvature);
           if (matching != nullptr) {
             s.matching = match_twice(s.fans.row_begin.span(), s.fans.neighbor.span(), s.weight);
           }
@@ -213,27 +205,39 @@ double prepare_surface(Store& store, const ScanMesh& mesh, const GeometryOptions
     normals.finish(store);
     curvature.finish(store);
   }
-  BoardWriter<Vec3f> normals(fields::kNormal, mesh.layout);
-  BoardWriter<CurvatureMeasure> curvature(fields::kCurvature, mesh.layout);
-  run_pass<AverageState>(
-      tasks, "curvature", tiles,
-      [&](TileId id, AverageState& s) {
-        s.fans.load(store, id);
-        s.in.load(store, fields::kCurvature, fields::kMeshHalo, id);
-        s.normals.load(store, fields::kNormal, fields::kMeshHalo, id);
-      },
-      [&](TileId, AverageState& s) {
-        s.out = s.in.gather();
-        average(s.fans, options.curvature_rounds - inside, s.out);
-        s.out.resize(s.fans.owned());
-        unfold_normals(s);
-      },
-      [&](TileId id, AverageState& s) {
-        curvature.commit(store, fields::kMeshHalo, id, s.out);
-        normals.commit(store, fields::kMeshHalo, id, s.out_normals);
-      });
-  normals.finish(store);
-  curvature.finish(store);
+  for (int round = 0; round < options.curvature_rounds; ++round) {
+    const bool unfolds = round == 0;
+    BoardWriter<CurvatureMeasure> curvature(fields::kCurvature, mesh.layout);
+    std::optional<BoardWriter<Vec3f>> unfolded;
+    if (unfolds) {
+      unfolded.emplace(fields::kNormal, mesh.layout);
+    }
+    run_pass<AverageState>(
+        tasks, "curvature", tiles,
+        [&](TileId id, AverageState& s) {
+          s.fans.load(store, id);
+          s.in.load(store, fields::kCurvature, fields::kMeshHalo, id);
+          if (unfolds) {
+            s.normals.load(store, fields::kNormal, fields::kMeshHalo, id);
+          }
+        },
+        [&](TileId, AverageState& s) {
+          average(s);
+          if (unfolds) {
+            unfold_normals(s);
+          }
+        },
+        [&](TileId id, AverageState& s) {
+          curvature.commit(store, fields::kMeshHalo, id, s.out);
+          if (unfolds) {
+            unfolded->commit(store, fields::kMeshHalo, id, s.out_normals);
+          }
+        });
+    if (unfolds) {
+      unfolded->finish(store);
+    }
+    curvature.finish(store);
+  }
   return total_area;
 }
 

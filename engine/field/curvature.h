@@ -20,11 +20,11 @@ struct GeometryOptions {
 /// Rounds that average over about half of `reach` (a length) around each vertex.
 int curvature_rounds(const ScanMesh& mesh, double reach);
 
-/// One pass for weights, normals (area-weighted), areas and curvature, with a third of the rounds
-/// inside tiles; one for the other rounds, which see the neighbouring tiles as the first pass left
-/// them, and for normals that point against their neighbours', which are turned. Needs the vertex
-/// graph and kSmoothPosition; writes kEdgeWeight, kDiagonal, kNormal, kVertexArea, kCurvature.
-/// Returns the area of the low-passed surface. `matching`: where the hierarchy can start from.
+/// One pass for weights, normals (area-weighted), areas and raw curvature, then one a round, six at
+/// most. Needs the vertex graph and kSmoothPosition; writes kEdgeWeight, kDiagonal, kNormal,
+/// kVertexArea, kCurvature. The first round also turns normals that point against their
+/// neighbours'. Returns the area of the low-passed surface. `matching`: where the hierarchy can
+/// start from.
 double prepare_surface(Store& store, const ScanMesh& mesh, const GeometryOptions& options,
                        TaskGraph& tasks, FirstMatching* matching = nullptr);
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 #include <string>
 #include <utility>
 
@@ -14,6 +13,9 @@ namespace {
 // Beyond four edges the relaxation would need a hierarchy, and noise is gone anyway.
 constexpr double kMostEdges = 4.0;
 constexpr double kMostOfDiagonal = 0.02;
+
+// Passes over the tiles for each of the two filter steps.
+constexpr int kPasses = 2;
 
 constexpr Field<Vec3f> kFirstStep{"geometry/first_step"};
 
@@ -32,7 +34,7 @@ struct Rows {
 // Padded, so that a point is one register.
 using Point = Eigen::Vector4f;
 
-std::vector<Point> padded(std::span<const Vec3f> p) {
+std::vector<Point> padded(const std::vector<Vec3f>& p) {
   std::vector<Point> q(p.size());
   for (std::size_t i = 0; i < p.size(); ++i) {
     q[i] = Point(p[i].x(), p[i].y(), p[i].z(), 0.0F);
@@ -40,16 +42,8 @@ std::vector<Point> padded(std::span<const Vec3f> p) {
   return q;
 }
 
-std::vector<Vec3f> unpadded(const std::vector<Point>& q) {
-  std::vector<Vec3f> p(q.size());
-  for (std::size_t i = 0; i < q.size(); ++i) {
-    p[i] = Vec3f(q[i].x(), q[i].y(), q[i].z());
-  }
-  return p;
-}
-
 // Along feature curves, or not at all at corners.
-void bind_to_curves(const FanView& fans, std::span<const Vec3f> p, double t,
+void bind_to_curves(const FanView& fans, const std::vector<Vec3f>& p, double t,
                     const TileFeatures& features, Rows& rows) {
   for (const FeatureMark& m : features.marks) {
     const std::uint32_t begin = fans.row_begin[m.vertex];
@@ -79,7 +73,7 @@ void bind_to_curves(const FanView& fans, std::span<const Vec3f> p, double t,
   }
 }
 
-Rows filter_rows(const FanView& fans, std::span<const Vec3f> p, double t) {
+Rows filter_rows(const FanView& fans, const std::vector<Vec3f>& p, double t) {
   Rows rows;
   std::vector<float> diagonal;
   fan_weights(fans, p, EdgeEnergy::kTriangle, rows.coefficient, diagonal);
@@ -123,15 +117,14 @@ Rows filter_rows(const FanView& fans, std::span<const Vec3f> p, double t) {
 
 struct State {
   FanView fans;
+  HaloView<Vec3f> target;
   HaloView<Vec3f> current;
   ChunkView<Vec3f> positions;
-  ChunkView<Vec3f> first_step;
   ChunkView<std::uint64_t> halo_ids;
   ChunkView<float> coefficient;
   ChunkView<float> mass;
   ChunkView<float> inverse_total;
   Rows made;
-  std::vector<Vec3f> made_step;
   std::vector<Vec3f> result;
 };
 
@@ -174,68 +167,65 @@ void low_pass_positions(Store& store, const ScanMesh& mesh, const LowPassOptions
   // The relaxation's reach has to grow with the filter's.
   const double edges = options.radius / std::max(mesh.mean_edge_length, 1e-300);
   const int sweeps = std::clamp(static_cast<int>(std::ceil(2.0 * edges)), 3, 8);
-  // y = S x, then z = S y, and 2 y - z. Each is relaxed in two passes, and the second of y starts
-  // z.
-  const int passes = filter ? 3 : 1;
+  // Step 0 solves S x from x into kFirstStep = y; step 1 solves z = S y, and leaves 2 y - z.
+  const int passes = filter ? 2 * kPasses : 1;
   for (int pass = 0; pass < passes; ++pass) {
-    BoardWriter<Vec3f> writer(fields::kSmoothPosition, mesh.layout);
+    const int step = pass / kPasses;
+    const bool starts = pass % kPasses == 0;
+    const bool finish = pass + 1 == passes;
+    const Field<Vec3f> out = filter && step == 0 ? kFirstStep : fields::kSmoothPosition;
+    BoardWriter<Vec3f> writer(out, mesh.layout);
     run_pass<State>(
         tasks, "low-pass", mesh.layout.tile_count(),
         [&](TileId id, State& s) {
           s.fans.load(store, id);
-          if (pass < 2) {
+          if (step == 0) {
             s.positions = read(store, fields::kPosition, id);
-          } else {
-            s.first_step = read(store, kFirstStep, id);
-          }
-          if (pass == 0) {
             s.halo_ids = read(store, fields::kMeshHalo.halo_ids, id);
           } else {
-            s.current.load(store, fields::kSmoothPosition, fields::kMeshHalo, id);
+            s.target.load(store, kFirstStep, fields::kMeshHalo, id);
+          }
+          if (!starts) {
+            s.current.load(store, out, fields::kMeshHalo, id);
+          }
+          if (pass > 0) {
             s.coefficient = read(store, kCoefficient, id);
             s.mass = read(store, kMass, id);
             s.inverse_total = read(store, kInverseTotal, id);
           }
         },
         [&](TileId id, State& s) {
+          const std::vector<Vec3f> target =
+              step == 0 ? std::vector<Vec3f>(s.positions.begin(), s.positions.end())
+                        : s.target.gather();
           const std::uint32_t owned = s.fans.owned();
           if (!filter) {
-            s.result.assign(s.positions.begin(), s.positions.begin() + owned);
+            s.result.assign(target.begin(), target.begin() + owned);
             return;
           }
           if (pass == 0) {
-            s.made = filter_rows(s.fans, s.positions.span(), t);
+            s.made = filter_rows(s.fans, target, t);
             if (options.features != nullptr && !options.features->empty()) {
               bind_to_curves(
-                  s.fans, s.positions.span(), t,
+                  s.fans, target, t,
                   options.features->of_tile(mesh.layout.tiles[id.value], s.halo_ids.span()),
                   s.made);
             }
           }
-          std::vector<Point> b = padded(pass < 2 ? s.positions.span() : s.first_step.span());
-          std::vector<Point> x = pass == 0 ? b : padded(s.current.gather());
+          const std::vector<Point> b = padded(target);
+          std::vector<Point> x = starts ? b : padded(s.current.gather());
           relax(s, b, sweeps, x);
-          if (pass == 1) {
-            b.assign(x.begin(), x.begin() + owned);
-            s.made_step = unpadded(b);
-            relax(s, b, sweeps, x);
+          s.result.resize(owned);
+          for (std::uint32_t i = 0; i < owned; ++i) {
+            const Point y = finish ? Point(2.0F * b[i] - x[i]) : x[i];
+            s.result[i] = Vec3f(y.x(), y.y(), y.z());
           }
-          if (pass == 2) {
-            for (std::uint32_t i = 0; i < owned; ++i) {
-              x[i] = 2.0F * b[i] - x[i];
-            }
-          }
-          x.resize(owned);
-          s.result = unpadded(x);
         },
         [&](TileId id, State& s) {
           if (filter && pass == 0) {
             write(store, kCoefficient, id, s.made.coefficient);
             write(store, kMass, id, s.made.mass);
             write(store, kInverseTotal, id, s.made.inverse_total);
-          }
-          if (pass == 1) {
-            write(store, kFirstStep, id, s.made_step);
           }
           writer.commit(store, fields::kMeshHalo, id, s.result);
         });

@@ -10,7 +10,7 @@ from pathlib import Path
 
 RATTAN = os.environ["RATTAN"]
 SIZES = [100_000, 400_000, 1_600_000]
-MOST = {"field": 17, "parameterize": 3}
+MOST = {"field": 21, "parameterize": 3}
 
 
 def passes(folder, triangles):

@@ -224,7 +224,7 @@ TEST(Geometry, TileLocalPartsAreTheSameForAllTileSizes) {
   std::string first;
   for (const std::uint32_t tile : {19U, 128U, 4000U}) {
     TiledScan scan(s, tile);
-    prepare(scan, 0.0, 1);  // of several rounds, some see the neighbouring tiles as they were
+    prepare(scan, 0.0, 3);
     SmoothingOptions smoothing;
     smoothing.fitting_length = 0.5;
     assemble_smoothing(scan.store, scan.mesh, smoothing, scan.tasks);

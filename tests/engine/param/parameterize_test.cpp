@@ -321,9 +321,11 @@ TEST(Passes, DoNotGrowWithTheScan) {
     FieldOptions options;
     options.quad_side = 0.2;
     const SurfaceField field = compute_field(scan.store, scan.mesh, options, scan.tasks);
-    EXPECT_EQ(scan.tasks.passes(), 15U);
+    const auto rounds = static_cast<unsigned>(field.geometry.curvature_rounds);
+    EXPECT_LE(rounds, 6U);
+    EXPECT_EQ(scan.tasks.passes(), 15U + rounds);
     parameterize(scan.store, scan.mesh, field, {.omega = 0.4}, scan.tasks);
-    EXPECT_EQ(scan.tasks.passes(), 18U);
+    EXPECT_EQ(scan.tasks.passes(), 18U + rounds);
   }
 }
 
