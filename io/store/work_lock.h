@@ -42,7 +42,9 @@ class WorkLock {
   bool held() const;
 
  private:
+  bool take(std::string& holder);
   bool try_take(std::string& holder);
+  void remove_directory() const;
   void keep_touching();
 
   std::filesystem::path directory_;
