@@ -167,9 +167,7 @@ WorkLock::WorkLock(const fs::path& directory, Timing timing)
 }
 
 void WorkLock::remove_directory() const {
-  if (ours_) {
-    ::rmdir(directory_.c_str());  // only if empty
-  }
+  ::rmdir(directory_.c_str());  // only if empty
 }
 
 bool WorkLock::take(std::string& holder) {
@@ -190,14 +188,11 @@ bool WorkLock::take(std::string& holder) {
 // False with a name: the directory is in use. False without: others are at it too, try again.
 bool WorkLock::try_take(std::string& holder) {
   std::error_code error;
-  if (fs::create_directories(directory_, error)) {
-    ours_ = true;
-  }
+  fs::create_directories(directory_, error);
   if (error) {
     unusable(directory_, "created", error.value());
   }
   const std::vector<std::uint64_t> found = lock_numbers(directory_);
-  ours_ = ours_ || !found.empty() || fs::exists(directory_ / "checkpoint", error);
   std::vector<Descriptor> dead;
   for (const std::uint64_t n : found) {
     Descriptor file(::open(lock_path(directory_, n).c_str(), O_RDWR | O_CLOEXEC));
