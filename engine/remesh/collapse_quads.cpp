@@ -33,6 +33,20 @@ double gain(const CellMap& map, std::uint32_t h) {
          valence_cost(map, kept, static_cast<int>(map.valence(other)) - 2);
 }
 
+/// Whether v, on a crease but not at its corner, has no other edge on its side of the crease than
+/// one of the two that the quad of `out` (from v) has there: without that its corner would be flat.
+bool last_beside_crease(const CellMap& map, std::uint32_t out) {
+  const std::uint32_t v = map.origin(out), in = map.prev(out);
+  if (!map.on_feature(v) || map.is_corner(v) || map.is_feature(out) == map.is_feature(in)) {
+    return false;
+  }
+  // From the crease's edge over the quad's inner one to the next.
+  const bool left = map.is_feature(out);
+  const std::uint32_t inner = left ? CellMap::twin(in) : out;
+  const std::uint32_t next = left ? map.around(inner) : map.next(CellMap::twin(inner));
+  return map.is_feature(next);
+}
+
 }  // namespace
 
 bool collapsible(const CellMap& map, std::uint32_t h) {
@@ -50,6 +64,9 @@ bool collapsible(const CellMap& map, std::uint32_t h) {
     if (map.valence(v) < 4) {
       return false;
     }
+  }
+  if (last_beside_crease(map, map.next(h)) || last_beside_crease(map, map.prev(h))) {
+    return false;
   }
   if (map.valence(a) + map.valence(c) < 5) {
     return false;
