@@ -76,8 +76,10 @@ class RemeshJob {
         parallelism_(oneapi::tbb::global_control::max_allowed_parallelism,
                      static_cast<std::size_t>(threads_)),
         memory_(options.memory > 0 ? options.memory : default_memory_share()),
+        budget_(memory_),
         store_({.directory = options.work_dir.empty() ? names_[0] + ".work" : options.work_dir,
-                .cache_bytes = memory_ / 2,
+                .cache_bytes = memory_,
+                .budget = &budget_,
                 .keep = options.keep_work}),
         tasks_({.threads = threads_}, &progress_),
         clock_(
@@ -519,6 +521,7 @@ class RemeshJob {
   int threads_;
   oneapi::tbb::global_control parallelism_;
   std::uint64_t memory_;
+  MemoryBudget budget_;
   Hdf5Store store_;
   TaskGraph tasks_;
   StageClock clock_;

@@ -6,8 +6,21 @@
 #include <cstdio>
 
 #include "engine/core/errors.h"
+#include "engine/core/resident_memory.h"
 
 namespace rattan {
+
+namespace {
+
+/// Covers what all threads allocate between two looks at the process's size.
+std::uint64_t margin(std::uint64_t total) {
+  return total / 32 + (std::uint64_t{6} << 20);
+}
+
+/// A cache without anything makes every pass read each chunk several times.
+constexpr std::uint64_t kLeastCache = std::uint64_t{8} << 20;
+
+}  // namespace
 
 Reservation& Reservation::operator=(Reservation&& other) noexcept {
   if (this != &other) {
@@ -28,7 +41,11 @@ void Reservation::resize(std::uint64_t bytes) {
   } else {
     budget_->leave(bytes_ - bytes);
   }
+  const bool grown = bytes > bytes_;
   bytes_ = bytes;
+  if (grown) {
+    budget_->make_room();
+  }
 }
 
 void Reservation::release() noexcept {
@@ -43,14 +60,46 @@ Reservation MemoryBudget::reserve(std::uint64_t bytes, std::string_view purpose)
   if (!enter(bytes)) {
     refuse(bytes, purpose);
   }
-  return {this, bytes, std::string(purpose)};
+  Reservation held(this, bytes, std::string(purpose));
+  make_room();
+  return held;
 }
 
 Reservation MemoryBudget::try_reserve(std::uint64_t bytes, std::string_view purpose) {
   if (!enter(bytes)) {
     return {};
   }
-  return {this, bytes, std::string(purpose)};
+  Reservation held(this, bytes, std::string(purpose));
+  make_room();
+  return held;
+}
+
+std::uint64_t MemoryBudget::cache_share(std::uint64_t cached) const {
+  const std::uint64_t kept_free = margin(total_);
+  std::uint64_t resident = resident_bytes();
+  if (resident + kept_free > total_) {
+    return_free_pages();
+    resident = resident_bytes();
+  }
+  const std::uint64_t measured = resident > cached ? resident - cached : 0;
+  const std::uint64_t elsewhere = std::max(measured, used()) + kept_free;
+  return std::max(total_ > elsewhere ? total_ - elsewhere : 0, kLeastCache);
+}
+
+void MemoryBudget::set_cache(std::function<void()> give_way) {
+  const std::scoped_lock lock(mutex_);
+  give_way_ = std::move(give_way);
+}
+
+void MemoryBudget::make_room() {
+  std::function<void()> give_way;
+  {
+    const std::scoped_lock lock(mutex_);
+    give_way = give_way_;
+  }
+  if (give_way) {
+    give_way();
+  }
 }
 
 std::uint64_t MemoryBudget::used() const {

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// The one ledger of memory: every large buffer is entered before it is allocated.
+// The one ledger of memory: every large buffer is entered before it is allocated. Caches aren't:
+// they hold whatever is left, and give way to entries.
 
 #include <cstdint>
+#include <functional>
 #include <mutex>
 #include <string>
 #include <string_view>
@@ -51,6 +53,15 @@ class MemoryBudget {
   /// Empty reservation where reserve would throw.
   Reservation try_reserve(std::uint64_t bytes, std::string_view purpose);
 
+  /// What the one cache may hold that holds `cached` bytes now: the total without what the process
+  /// has in memory besides the cache (measured, so that the allocator's slack and buffers too small
+  /// to be entered count), without entries that are not yet filled, and without a margin for what
+  /// may be allocated until the next call.
+  std::uint64_t cache_share(std::uint64_t cached) const;
+  /// `give_way` shrinks the cache to its share; reserve calls it for what doesn't fit beside the
+  /// cache. It must stay callable until it is replaced (by an empty function at last).
+  void set_cache(std::function<void()> give_way);
+
   std::uint64_t total() const { return total_; }
   std::uint64_t used() const;
   std::uint64_t available() const;
@@ -63,7 +74,10 @@ class MemoryBudget {
   void leave(std::uint64_t bytes) noexcept;
   [[noreturn]] void refuse(std::uint64_t bytes, std::string_view purpose) const;
 
+  void make_room();
+
   const std::uint64_t total_;
+  std::function<void()> give_way_;
   mutable std::mutex mutex_;
   std::uint64_t used_ = 0;
   std::uint64_t peak_ = 0;

@@ -28,8 +28,9 @@ using Message = std::shared_ptr<InFlight>;
 
 }  // namespace
 
-TaskGraph::TaskGraph(TaskGraphOptions options, ProgressSink* progress, std::stop_token stop)
-    : options_(options), progress_(progress), stop_(std::move(stop)) {
+TaskGraph::TaskGraph(TaskGraphOptions options, ProgressSink* progress, std::stop_token stop,
+                     Steps* steps)
+    : options_(options), progress_(progress), stop_(std::move(stop)), steps_(steps) {
   if (options_.threads <= 0) {
     options_.threads = oneapi::tbb::this_task_arena::max_concurrency();
   }

@@ -13,6 +13,7 @@
 #include <string_view>
 
 #include "engine/core/progress.h"
+#include "engine/core/steps.h"
 #include "engine/core/types.h"
 
 namespace rattan {
@@ -42,7 +43,7 @@ enum class PassOver { kScan, kCoarse };
 class TaskGraph {
  public:
   explicit TaskGraph(TaskGraphOptions options = {}, ProgressSink* progress = nullptr,
-                     std::stop_token stop = {});
+                     std::stop_token stop = {}, Steps* steps = nullptr);
 
   /// Runs `make(t)` -> load -> compute -> commit for tiles 0 .. tile_count-1. The first exception
   /// (in tile order of commit) is rethrown after the graph has drained; a stop request throws
@@ -51,6 +52,11 @@ class TaskGraph {
            const std::function<std::unique_ptr<TileTask>(TileId)>& make,
            PassOver over = PassOver::kScan);
 
+  /// Of the job that the passes belong to.
+  Steps& steps() const {
+    static PlainSteps none;
+    return steps_ != nullptr ? *steps_ : none;
+  }
   int threads() const { return options_.threads; }
   /// Number of passes over the scan run so far, by this graph.
   std::uint64_t passes() const { return passes_; }
@@ -59,6 +65,7 @@ class TaskGraph {
   TaskGraphOptions options_;
   ProgressSink* progress_;
   std::stop_token stop_;
+  Steps* steps_;
   std::uint64_t passes_ = 0;
 };
 

@@ -76,6 +76,16 @@ class FeatureSet {
 
  private:
   friend class FeatureBuilder;
+  template <class A>
+  friend void members_of(A& a, FeatureSet& s) {
+    a(s.edges_);
+    a(s.corners_);
+    a(s.vertices_);
+    a(s.first_);
+    a(s.neighbors_);
+    a(s.crease_edges_);
+    a(s.curves_);
+  }
   std::vector<FeatureEdge> edges_;
   std::vector<std::uint64_t> corners_;
   std::vector<std::uint64_t> vertices_;   ///< ascending

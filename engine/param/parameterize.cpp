@@ -5,7 +5,9 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/core/packed_chunk.h"
 #include "engine/param/periodic_energy.h"
+#include "engine/solve/hierarchy_record.h"
 
 namespace rattan {
 
@@ -13,6 +15,8 @@ namespace {
 
 // Below 1 / (1000 edges) curvature is noise: planes get no say in the field.
 constexpr double kFlatEdges = 1000.0;
+
+constexpr std::string_view kFeatures = "features/set";
 
 template <class Block>
 SolveReport solve(Store& store, const ScanMesh& mesh, const SystemFields<Block>& system,
@@ -47,31 +51,49 @@ SurfaceField prepare_geometry(Store& store, const ScanMesh& mesh, const FieldOpt
                               TaskGraph& tasks, const SurfaceField* previous) {
   SurfaceField field;
   field.options = options;
+  Steps& steps = tasks.steps();
   if (previous == nullptr) {
-    build_vertex_graph(store, mesh, tasks);
+    steps.run("vertex graph", [&] { build_vertex_graph(store, mesh, tasks); });
   }
   FeatureOptions features = options.features;
   features.side = std::max(options.quad_side, mesh.mean_edge_length);
-  field.features = std::make_shared<const FeatureSet>(
-      options.find_features ? find_features(store, mesh, features, tasks) : FeatureSet{});
   field.low_pass.radius = capped_low_pass_radius(mesh, options.low_pass * options.quad_side);
-  field.low_pass.features = field.features.get();
   field.geometry.energy = options.energy;
   field.geometry.curvature_rounds =
       curvature_rounds(mesh, options.curvature_reach * options.quad_side);
-  const bool same_surface = previous != nullptr && field.features->empty() &&
-                            previous->features->empty() &&
-                            field.low_pass.radius == previous->low_pass.radius;
-  if (same_surface && field.geometry == previous->geometry) {
+  const bool same_surface = steps.run("features", [&] {
+    field.features = std::make_shared<const FeatureSet>(
+        options.find_features ? find_features(store, mesh, features, tasks) : FeatureSet{});
+    const bool same = previous != nullptr && field.features->empty() &&
+                      previous->features->empty() &&
+                      field.low_pass.radius == previous->low_pass.radius &&
+                      field.geometry == previous->geometry;
+    write_packed(store, kFeatures, *field.features);
+    return same;
+  });
+  if (!field.features) {
+    auto saved = std::make_shared<FeatureSet>();
+    read_packed(store, kFeatures, *saved);
+    field.features = std::move(saved);
+  }
+  field.low_pass.features = field.features.get();
+  if (same_surface) {
     field.area = previous->area;
     field.hierarchy = previous->hierarchy;
     return field;
   }
-  low_pass_positions(store, mesh, field.low_pass, tasks);
-  field.area = prepare_surface(store, mesh, field.geometry, tasks);
-  field.hierarchy = build_hierarchy(store, mesh.layout, fields::kMeshHalo,
-                                    {fields::kRowBegin, fields::kNeighbor, fields::kEdgeWeight},
-                                    options.hierarchy, tasks);
+  steps.run("low-pass", [&] { low_pass_positions(store, mesh, field.low_pass, tasks); });
+  field.area =
+      steps.run("surface", [&] { return prepare_surface(store, mesh, field.geometry, tasks); });
+  steps.run("hierarchy", [&] {
+    field.hierarchy = build_hierarchy(store, mesh.layout, fields::kMeshHalo,
+                                      {fields::kRowBegin, fields::kNeighbor, fields::kEdgeWeight},
+                                      options.hierarchy, tasks);
+    save_hierarchy(store, *field.hierarchy);
+  });
+  if (!field.hierarchy) {
+    field.hierarchy = load_hierarchy(store);
+  }
   return field;
 }
 
@@ -84,11 +106,15 @@ void smooth_field(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskG
   smoothing.align_boundary = options.align_boundary;
   smoothing.features = field.features.get();
   smoothing.pin = options.pin_features;
-  assemble_smoothing(store, mesh, smoothing, tasks);
-  field.reports.push_back(solve(store, mesh, fields::kSmoothingSystem, field,
-                                options.smoothing_solve, options.reference, "smoothing", tasks));
-  store.erase(fields::kSmoothingSystem.coefficient.name);
-  write_frames(store, mesh, smoothing, tasks);
+  Steps& steps = tasks.steps();
+  steps.run("smoothing system", [&] { assemble_smoothing(store, mesh, smoothing, tasks); });
+  field.reports.push_back(steps.run("smoothing", [&] {
+    SolveReport report = solve(store, mesh, fields::kSmoothingSystem, field,
+                               options.smoothing_solve, options.reference, "smoothing", tasks);
+    store.erase(fields::kSmoothingSystem.coefficient.name);
+    return report;
+  }));
+  steps.run("frames", [&] { write_frames(store, mesh, smoothing, tasks); });
 }
 
 void correct_curl(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskGraph& tasks) {
@@ -98,10 +124,13 @@ void correct_curl(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskG
   }
   CurlOptions curl;
   curl.power = options.curl_power;
-  assemble_curl(store, mesh, tasks);
-  field.reports.push_back(solve(store, mesh, fields::kCurlSystem, field, options.curl_solve,
-                                options.reference, "curl", tasks));
-  apply_scale(store, mesh, curl, tasks);
+  Steps& steps = tasks.steps();
+  steps.run("curl system", [&] { assemble_curl(store, mesh, tasks); });
+  field.reports.push_back(steps.run("curl", [&] {
+    return solve(store, mesh, fields::kCurlSystem, field, options.curl_solve, options.reference,
+                 "curl", tasks);
+  }));
+  steps.run("curl scale", [&] { apply_scale(store, mesh, curl, tasks); });
 }
 
 SolveReport parameterize(Store& store, const ScanMesh& mesh, const SurfaceField& field,
@@ -111,24 +140,29 @@ SolveReport parameterize(Store& store, const ScanMesh& mesh, const SurfaceField&
   const SystemFields<PairBlock>& system =
       pulled ? fields::kPulledPhaseSystem
              : (pinned ? fields::kPinnedPhaseSystem : fields::kPhaseSystem);
-  if (pulled) {
-    assemble_pulled_phase(store, mesh, options.omega, tasks);
-  } else if (pinned) {
-    assemble_pinned_phase(store, mesh, options.omega, tasks);
-  } else {
-    assemble_phase(store, mesh, options.omega, tasks);
-  }
-  SolveReport report = solve(store, mesh, system, field, options.solve, options.reference,
-                             "parameterization", tasks);
-  store.erase(system.coefficient.name);
-  if (pinned) {
-    store.erase(system.part_diagonal.name);
-  }
-  if (pinned && !pulled) {
-    store.erase(system.row_begin.name);
-    store.erase(system.neighbor.name);
-  }
-  return report;
+  Steps& steps = tasks.steps();
+  steps.run("phase system", [&] {
+    if (pulled) {
+      assemble_pulled_phase(store, mesh, options.omega, tasks);
+    } else if (pinned) {
+      assemble_pinned_phase(store, mesh, options.omega, tasks);
+    } else {
+      assemble_phase(store, mesh, options.omega, tasks);
+    }
+  });
+  return steps.run("phase", [&] {
+    SolveReport report = solve(store, mesh, system, field, options.solve, options.reference,
+                               "parameterization", tasks);
+    store.erase(system.coefficient.name);
+    if (pinned) {
+      store.erase(system.part_diagonal.name);
+    }
+    if (pinned && !pulled) {
+      store.erase(system.row_begin.name);
+      store.erase(system.neighbor.name);
+    }
+    return report;
+  });
 }
 
 SurfaceField compute_field(Store& store, const ScanMesh& mesh, const FieldOptions& options,

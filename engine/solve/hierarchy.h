@@ -7,6 +7,7 @@
 
 #include <deque>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/core/memory_store.h"
@@ -41,13 +42,15 @@ class Hierarchy {
   std::vector<Level> levels;
   MemoryStore memory;  ///< holds the levels small enough for it
   std::string_view name(std::size_t level, std::string_view what);
+  /// A copy of the name that lives as long as the hierarchy.
+  std::string_view keep_name(std::string name) { return names_.emplace_back(std::move(name)); }
 
  private:
   std::deque<std::string> names_;
 };
 
 /// Levels up to this many nodes are kept in memory, larger ones go through the store.
-inline constexpr std::uint64_t kMemoryLevelNodes = 1U << 20;
+inline constexpr std::uint64_t kMemoryLevelNodes = 1U << 15;
 /// Finer tiles are united while a coarse tile stays within this many nodes.
 inline constexpr std::uint32_t kCoarseTileNodes = 1U << 12;
 

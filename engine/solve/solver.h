@@ -72,6 +72,18 @@ struct SolveReport {
   double gradient_norm = 0.0;
 };
 
+template <class A>
+void members_of(A& a, SolveReport& r) {
+  a(r.system);
+  a(r.unknowns);
+  a(r.iterations);
+  a(r.passes);
+  a(r.setup_passes);
+  a(r.energy);
+  a(r.energy_unit);
+  a(r.gradient_norm);
+}
+
 /// Reads the system's fields, writes `solution` with its board (kBoardTile). Works by passes over
 /// tiles; memory: a few tiles per thread plus levels small enough to hold. Scratch fields
 /// "solve/..." are erased at the end. `layout` and `halo` are those of the hierarchy. Periodic

@@ -2,6 +2,7 @@
 #include "io/store/hdf5_handles.h"
 
 #include "engine/core/errors.h"
+#include "io/store/stage_file.h"
 
 namespace rattan::hdf5 {
 
@@ -39,9 +40,7 @@ void fail(const std::string& path, const std::string& what) {
   H5Eclear2(H5E_DEFAULT);
   const auto says = [&](const char* words) { return text.find(words) != std::string::npos; };
   if (says("No space left") || says("Disk quota exceeded") || says("File too large")) {
-    throw ResourceError(path + ": cannot " + what +
-                        ": the disk is full. Free space there, or choose another place with "
-                        "--work-dir.");
+    throw DiskFull(path + ": cannot " + what + ": the disk is full");
   }
   if (says("Permission denied") || says("Read-only file system") || says("Input/output error") ||
       says("No such file or directory") || says("Not a directory") || says("Too many open files")) {

@@ -22,8 +22,8 @@ class Session {
   std::scoped_lock<std::mutex> lock_;
 };
 
-/// Throws what the last failed call on this thread deserves: ResourceError if the disk is full or
-/// the file cannot be written, else InternalError. `what` completes "<path>: cannot ...".
+/// Throws what the last failed call on this thread deserves: DiskFull, another ResourceError if the
+/// file cannot be written, else InternalError. `what` completes "<path>: cannot ...".
 [[noreturn]] void fail(const std::string& path, const std::string& what);
 
 /// Closes an id of any kind.

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/core/errors.h"
+#include "engine/core/memory_budget.h"
 #include "io/store/checksum.h"
 
 namespace rattan {
@@ -17,6 +18,8 @@ namespace {
 constexpr const char* kExtension = ".h5";
 /// One in so many chunks read from disk enters the cache as recently used.
 constexpr std::uint64_t kAdmitEvery = 32;
+/// The budget is looked at when so many chunks have come.
+constexpr std::uint32_t kLookEvery = 8;
 /// A chunk read again within so many misses is in demand.
 constexpr std::uint64_t kAtOnce = 64;
 
@@ -33,35 +36,86 @@ std::uint64_t chunk_checksum(std::string_view field, std::uint32_t tile, const C
 
 }  // namespace
 
-Hdf5Store::Hdf5Store(Hdf5StoreOptions options) : options_(std::move(options)) {
-  std::error_code error;
-  std::vector<fs::path> finished;
-  for (fs::directory_iterator at(options_.directory, error), end; !error && at != end;
-       at.increment(error)) {
-    const fs::path& path = at->path();
-    if (path.extension() == kExtension) {
-      finished.push_back(path);
-    } else if (!options_.read_only && path.extension() == StageFile::kPartialSuffix &&
-               path.stem().extension() == kExtension) {
-      std::error_code ignored;
-      fs::remove(path, ignored);  // of a run that was killed
-    }
+Hdf5Store::Hdf5Store(Hdf5StoreOptions options)
+    : options_(std::move(options)), cache_limit_(options_.cache_bytes) {
+  if (options_.fresh) {
+    delete_everything();
+  } else {
+    take_up();
   }
-  std::sort(finished.begin(), finished.end());
-  for (const fs::path& path : finished) {
-    const std::string name = path.stem().string();
-    Stage& stage = stages_[name];
-    stage.file.emplace(StageFile::open(path));
-    stage.complete = true;
-    stage.attributes = stage.file->attributes();
-    const std::string folder = name + "/";
-    for (const auto& [short_name, records] : stage.file->contents()) {
-      Field& field = field_of(folder + short_name);
-      for (const ChunkRecord& r : records) {
+  if (options_.budget != nullptr) {
+    options_.budget->set_cache([this] {
+      std::unique_lock lock(mutex_);
+      looks_ = 0;
+      look_at_budget();
+      shrink(lock);
+    });
+  }
+}
+
+void Hdf5Store::take_up() {
+  StoreRecord record;
+  try {
+    if (std::optional<StoreRecord> found = read_record(options_.directory)) {
+      record = std::move(*found);
+      has_checkpoint_ = true;
+    }
+  } catch (const DamagedFile& e) {
+    if (options_.read_only) {
+      throw;
+    }
+    damage_.emplace_back(e.what());
+    std::error_code ignored;
+    fs::remove(e.path(), ignored);
+    may_remove_directory_ = true;
+  }
+  if (has_checkpoint_) {
+    open_checkpoint(record);
+  }
+  if (!options_.read_only) {
+    delete_leftovers(record);
+  }
+}
+
+void Hdf5Store::open_checkpoint(const StoreRecord& record) {
+  may_remove_directory_ = true;
+  number_ = record.number;
+  next_version_ = record.versions + 1;
+  notes_ = record.notes;
+  std::vector<StageFile*> files;
+  std::vector<StageFile::Contents> contents;
+  for (const std::string& name : record.files) {
+    StageFile* opened = nullptr;
+    try {
+      std::unique_ptr<StageFile> file = StageFile::open(options_.directory / name);
+      opened = file.get();
+      contents.push_back(file->take_contents());
+      stages_[name.substr(0, name.find('.'))].sealed.push_back(std::move(file));
+    } catch (const DamagedFile& e) {
+      if (options_.read_only) {
+        throw;
+      }
+      damage_.emplace_back(e.what());
+      contents.emplace_back();
+      std::error_code ignored;
+      fs::remove(e.path(), ignored);
+    }
+    files.push_back(opened);
+  }
+  for (const StoreRecord::LiveField& live : record.fields) {
+    if (std::any_of(live.files.begin(), live.files.end(),
+                    [&](std::uint32_t f) { return files.at(f) == nullptr; })) {
+      continue;
+    }
+    Field& field = field_of(live.name);
+    field.changed = live.changed;
+    for (const std::uint32_t f : live.files) {
+      for (const ChunkRecord& r : contents[f][field.short_name]) {
         Entry& e = field.chunks[static_cast<std::uint32_t>(r.tile)];
         e.bytes = e.capacity = r.bytes;
         e.version = next_version_++;
         e.on_disk = true;
+        e.file = files[f];
         e.offset = r.offset;
         e.checksum = r.checksum;
       }
@@ -69,22 +123,65 @@ Hdf5Store::Hdf5Store(Hdf5StoreOptions options) : options_(std::move(options)) {
   }
 }
 
-Hdf5Store::~Hdf5Store() {
-  for (auto& [name, stage] : stages_) {
-    if (!stage.file) {
-      continue;
-    }
-    // Partial files delete themselves.
-    const bool remove = stage.file->finished() && !options_.keep && !options_.read_only;
-    const fs::path path = stage.file->path();
-    stage.file.reset();
-    if (remove) {
-      std::error_code ignored;
-      fs::remove(path, ignored);
-      may_remove_directory_ = true;
+void Hdf5Store::delete_leftovers(const StoreRecord& record) {
+  std::error_code error;
+  std::vector<fs::path> leftovers;
+  for (fs::directory_iterator at(options_.directory, error), end; !error && at != end;
+       at.increment(error)) {
+    const fs::path& path = at->path();
+    const std::string name = path.filename().string();
+    const bool partial = path.extension() == StageFile::kPartialSuffix &&
+                         (path.stem().extension() == kExtension ||
+                          path.stem() == fs::path(StoreRecord::kFileName));
+    const bool data = path.extension() == kExtension && path.stem().has_extension() &&
+                      std::find(record.files.begin(), record.files.end(), name) ==
+                          record.files.end();
+    if (partial || data) {
+      leftovers.push_back(path);
     }
   }
-  if (!options_.keep && may_remove_directory_) {
+  for (const fs::path& path : leftovers) {
+    std::error_code ignored;
+    fs::remove(path, ignored);
+    may_remove_directory_ = true;
+  }
+}
+
+void Hdf5Store::delete_everything() {
+  // The record first: without it, the files count for nothing.
+  std::error_code ignored;
+  fs::remove(options_.directory / StoreRecord::kFileName, ignored);
+  has_checkpoint_ = false;
+  delete_leftovers({});
+}
+
+Hdf5Store::~Hdf5Store() {
+  if (options_.budget != nullptr) {
+    options_.budget->set_cache({});
+  }
+  try {
+    settle();
+  } catch (...) {  // the checkpoint before stands
+  }
+  if (options_.read_only) {
+    return;
+  }
+  const bool keep = options_.keep && has_checkpoint_;
+  if (!keep && has_checkpoint_) {
+    std::error_code ignored;
+    fs::remove(options_.directory / StoreRecord::kFileName, ignored);
+    may_remove_directory_ = true;
+  }
+  for (auto& [name, stage] : stages_) {
+    stage.open.reset();
+    for (const auto& file : stage.sealed) {
+      if (!keep) {
+        file->discard();
+      }
+    }
+    stage.sealed.clear();
+  }
+  if (!keep && may_remove_directory_) {
     std::error_code ignored;
     fs::remove(options_.directory, ignored);  // only if empty
   }
@@ -113,10 +210,6 @@ const Hdf5Store::Entry* Hdf5Store::find(std::string_view field, TileId tile) con
   return e == f->second.chunks.end() ? nullptr : &e->second;
 }
 
-fs::path Hdf5Store::path_of(const std::string& stage) const {
-  return options_.directory / (stage + kExtension);
-}
-
 void Hdf5Store::drop_data(Entry& entry) {
   if (entry.in_lru) {
     lru_.erase(entry.lru);
@@ -142,15 +235,16 @@ void Hdf5Store::write_chunk(std::string_view field, TileId tile, ChunkBytes byte
   ensure(bytes != nullptr, "a chunk has bytes");
   std::unique_lock lock(mutex_);
   Field& f = field_of(field);
-  f.stage->complete = false;
   Entry& e = f.chunks[tile.value];
   drop_data(e);
   e.bytes = bytes->size();
   e.data = std::move(bytes);
   e.version = next_version_++;
+  f.changed = e.version;
   e.on_disk = false;
   cached_bytes_ += e.bytes;
   touch(f, tile.value, e, true);
+  look_at_budget();
   shrink(lock);
 }
 
@@ -185,16 +279,15 @@ ChunkBytes Hdf5Store::read_chunk(std::string_view field, TileId tile) {
       offset = e->offset;
       expected = e->checksum;
       const std::uint64_t size = e->bytes;
+      StageFile& file = *e->file;
       lock.unlock();
       bytes->resize(size);
-      path = f.stage->file->path();
-      f.stage->file->read(f.short_name, offset, *bytes);
+      path = file.path();
+      file.read(f.short_name, offset, *bytes);
     }
     if (chunk_checksum(field, tile.value, bytes) != expected) {
-      throw InputError(path.string(),
-                       "chunk " + std::to_string(tile.value) + " of " + std::string(field),
-                       "the data do not match their checksum",
-                       "The file is damaged; delete the work directory and run again");
+      throw DamagedFile(path, "chunk " + std::to_string(tile.value) + " of " + std::string(field),
+                        "the data do not match their checksum");
     }
     lock.lock();
     bytes_read_ += bytes->size();
@@ -208,7 +301,8 @@ ChunkBytes Hdf5Store::read_chunk(std::string_view field, TileId tile) {
       ++misses_;
       const bool again = e->last_miss != 0 && misses_ - e->last_miss <= kAtOnce;
       e->last_miss = misses_;
-      const bool full = cached_bytes_ > options_.cache_bytes;
+      look_at_budget();
+      const bool full = cached_bytes_ > cache_limit_;
       touch(f, tile.value, *e, !full || again || misses_ % kAdmitEvery == 0);
       shrink(lock);
     }
@@ -231,15 +325,20 @@ void Hdf5Store::erase(std::string_view field) {
   for (auto& [tile, entry] : f->second.chunks) {
     drop_data(entry);
   }
-  Stage& stage = *f->second.stage;
-  if (stage.file && !stage.file->finished()) {
-    stage.file->erase_field(f->second.short_name);
+  if (StageFile* open = f->second.stage->open.get()) {
+    open->erase_field(f->second.short_name);
   }
   fields_.erase(f);
 }
 
+void Hdf5Store::look_at_budget() {
+  if (options_.budget != nullptr && looks_++ % kLookEvery == 0) {
+    cache_limit_ = std::min(options_.cache_bytes, options_.budget->cache_share(cached_bytes_));
+  }
+}
+
 void Hdf5Store::shrink(std::unique_lock<std::mutex>& lock) {
-  while (cached_bytes_ > options_.cache_bytes && !lru_.empty()) {
+  while (cached_bytes_ > cache_limit_ && !lru_.empty()) {
     const auto [field, tile] = lru_.front();
     Entry& e = field->chunks.find(tile)->second;
     if (e.on_disk) {
@@ -279,7 +378,7 @@ void Hdf5Store::shrink(std::unique_lock<std::mutex>& lock) {
 }
 
 StageFile& Hdf5Store::writable_file(const std::string& name, Stage& stage) {
-  if (!stage.file) {
+  if (!stage.open) {
     std::error_code error;
     if (fs::create_directories(options_.directory, error)) {
       may_remove_directory_ = true;
@@ -288,33 +387,52 @@ StageFile& Hdf5Store::writable_file(const std::string& name, Stage& stage) {
       throw ResourceError(options_.directory.string() + ": cannot be created (" + error.message() +
                           "). Choose another directory with --work-dir.");
     }
-    stage.file.emplace(StageFile::create(path_of(name)));
-  } else if (stage.file->finished()) {
-    stage.file->resume();
+    stage.open = StageFile::create(options_.directory /
+                                   (name + "." + std::to_string(number_ + 1) + kExtension));
   }
-  return *stage.file;
+  return *stage.open;
+}
+
+void Hdf5Store::refuse(const DiskFull& full) const {
+  const std::uint64_t unsaved = unsaved_bytes();
+  std::error_code error;
+  const fs::space_info space = fs::space(options_.directory, error);
+  std::string text = full.what();
+  text += ". About " + format_bytes(unsaved) + " more are needed there now";
+  if (!error) {
+    text += " and " + format_bytes(space.available) + " are free";
+  }
+  throw ResourceError(text + ". Make room, or choose another place with --work-dir.");
 }
 
 void Hdf5Store::write_out(Field& field, std::uint32_t tile, std::uint64_t version,
                           const ChunkBytes& data, std::uint64_t sum) {
   std::uint64_t offset = 0;
   std::uint64_t capacity = 0;
+  const StageFile* at = nullptr;
   {
     const std::scoped_lock lock(mutex_);
     const Entry& e = field.chunks.find(tile)->second;
     offset = e.offset;
     capacity = e.capacity;
+    at = e.file;
   }
-  StageFile& file = writable_file(field.stage_name, *field.stage);
-  if (data->size() <= capacity) {
-    file.overwrite(field.short_name, offset, *data);
-  } else {
-    offset = file.append(field.short_name, *data);
-    capacity = data->size();
+  StageFile* file = nullptr;
+  try {
+    file = &writable_file(field.stage_name, *field.stage);
+    if (at == file && data->size() <= capacity) {
+      file->overwrite(field.short_name, offset, *data);
+    } else {
+      offset = file->append(field.short_name, *data);
+      capacity = data->size();
+    }
+  } catch (const DiskFull& full) {
+    refuse(full);
   }
   const std::scoped_lock lock(mutex_);
   bytes_written_ += data->size();
   Entry& e = field.chunks.find(tile)->second;
+  e.file = file;
   e.offset = offset;
   e.capacity = capacity;
   if (e.version == version) {
@@ -323,120 +441,195 @@ void Hdf5Store::write_out(Field& field, std::uint32_t tile, std::uint64_t versio
   }
 }
 
-void Hdf5Store::set_attribute(std::string_view stage, const std::string& name, std::string value) {
-  const std::scoped_lock lock(mutex_);
-  Stage& s = stages_[std::string(stage)];
-  s.complete = false;
-  s.attributes[name] = std::move(value);
+std::vector<Hdf5Store::Field*> Hdf5Store::fields_of(const Stage& stage) {
+  std::vector<Field*> fields;
+  for (auto& [name, field] : fields_) {
+    if (field.stage == &stage) {
+      fields.push_back(&field);
+    }
+  }
+  std::sort(fields.begin(), fields.end(),
+            [](const Field* a, const Field* b) { return a->name < b->name; });
+  return fields;
 }
 
-std::optional<std::string> Hdf5Store::attribute(std::string_view stage,
-                                                const std::string& name) const {
-  const std::scoped_lock lock(mutex_);
-  const auto s = stages_.find(stage);
-  if (s == stages_.end()) {
-    return std::nullopt;
-  }
-  const auto a = s->second.attributes.find(name);
-  return a == s->second.attributes.end() ? std::nullopt : std::optional(a->second);
-}
-
-void Hdf5Store::complete_stage(std::string_view stage) {
-  const std::scoped_lock io(io_mutex_);
-  std::unique_lock lock(mutex_);
-  const std::string name(stage);
-  Stage& s = stages_[name];
-  if (s.complete) {
-    return;
-  }
-  if (!options_.keep) {
-    s.complete = true;
-    return;
-  }
-  struct Dirty {
+// In a fixed order, so that equal work gives equal files.
+void Hdf5Store::write_unsaved(Stage& stage) {
+  struct Unsaved {
     std::uint32_t tile;
     std::uint64_t version;
     ChunkBytes data;
   };
-  std::map<std::string, Field*> fields;
-  for (auto& [field_name, field] : fields_) {
-    if (field.stage == &s) {
-      fields.emplace(field.short_name, &field);
-    }
-  }
-  lock.unlock();
-  // In a fixed order, so that equal work gives equal files.
-  for (auto& [short_name, field] : fields) {
-    lock.lock();
-    std::vector<Dirty> dirty;
-    for (const auto& [tile, e] : field->chunks) {
-      if (!e.on_disk) {
-        dirty.push_back({tile, e.version, e.data});
+  for (Field* field : fields_of(stage)) {
+    std::vector<Unsaved> unsaved;
+    {
+      const std::scoped_lock lock(mutex_);
+      for (const auto& [tile, e] : field->chunks) {
+        if (!e.on_disk) {
+          unsaved.push_back({tile, e.version, e.data});
+        }
       }
     }
-    lock.unlock();
-    std::sort(dirty.begin(), dirty.end(),
-              [](const Dirty& a, const Dirty& b) { return a.tile < b.tile; });
-    for (const Dirty& d : dirty) {
-      write_out(*field, d.tile, d.version, d.data, chunk_checksum(field->name, d.tile, d.data));
+    std::sort(unsaved.begin(), unsaved.end(),
+              [](const Unsaved& a, const Unsaved& b) { return a.tile < b.tile; });
+    for (const Unsaved& u : unsaved) {
+      write_out(*field, u.tile, u.version, u.data, chunk_checksum(field->name, u.tile, u.data));
     }
   }
-  StageFile& file = writable_file(name, s);
-  lock.lock();
+}
+
+void Hdf5Store::seal(Stage& stage) {
   StageFile::Contents contents;
-  for (const auto& [short_name, field] : fields) {
-    auto& records = contents[short_name];
+  for (const Field* field : fields_of(stage)) {
     for (const auto& [tile, e] : field->chunks) {
-      ensure(e.on_disk, "nothing writes to a stage while it is being completed");
-      records.push_back({tile, e.offset, e.bytes, e.checksum});
+      ensure(e.on_disk, "nothing writes to the store during a checkpoint");
+      if (e.file == stage.open.get()) {
+        contents[field->short_name].push_back({tile, e.offset, e.bytes, e.checksum});
+      }
     }
+  }
+  if (contents.empty()) {
+    stage.open.reset();  // all that it held was erased or replaced
+    return;
+  }
+  for (auto& [name, records] : contents) {
     std::sort(records.begin(), records.end(),
               [](const ChunkRecord& a, const ChunkRecord& b) { return a.tile < b.tile; });
   }
-  StageFile::Attributes attributes = s.attributes;
-  lock.unlock();
-  file.finish(std::move(contents), std::move(attributes));
-  lock.lock();
-  s.complete = true;
+  stage.open->seal(contents);
+  stage.sealed.push_back(std::move(stage.open));
+}
+
+void Hdf5Store::checkpoint() {
+  ensure(!options_.read_only, "a store opened for reading is not written");
+  settle();
+  const std::scoped_lock io(io_mutex_);
+  if (!options_.keep) {
+    return;
+  }
+  std::map<std::string, Stage*> stages;
+  for (auto& [name, stage] : stages_) {
+    stages.emplace(name, &stage);
+  }
+  std::vector<std::shared_ptr<StageFile>> written;
+  std::vector<std::shared_ptr<StageFile>> dead;
+  StoreRecord record;
+  std::map<const StageFile*, std::uint32_t> file_number;
+  for (auto& [name, stage] : stages) {
+    write_unsaved(*stage);
+    if (stage->open) {
+      try {
+        seal(*stage);
+      } catch (const DiskFull& full) {
+        refuse(full);
+      }
+      if (!stage->open && !stage->sealed.empty() && !stage->sealed.back()->committed()) {
+        written.push_back(stage->sealed.back());
+      }
+    }
+    std::map<const StageFile*, bool> used;
+    for (const Field* field : fields_of(*stage)) {
+      for (const auto& [tile, e] : field->chunks) {
+        used[e.file] = true;
+      }
+    }
+    std::erase_if(stage->sealed, [&](const std::shared_ptr<StageFile>& file) {
+      if (!used.contains(file.get())) {
+        dead.push_back(file);
+        return true;
+      }
+      file_number[file.get()] = static_cast<std::uint32_t>(record.files.size());
+      record.files.push_back(file->name());
+      return false;
+    });
+    for (const Field* field : fields_of(*stage)) {
+      StoreRecord::LiveField live{field->name, field->changed, {}};
+      for (const auto& [tile, e] : field->chunks) {
+        live.files.push_back(file_number.at(e.file));
+      }
+      std::sort(live.files.begin(), live.files.end());
+      live.files.erase(std::unique(live.files.begin(), live.files.end()), live.files.end());
+      record.fields.push_back(std::move(live));
+    }
+  }
+  record.number = ++number_;
+  {
+    const std::scoped_lock lock(mutex_);
+    record.versions = next_version_;
+    record.notes = notes_;
+  }
+  std::error_code ignored;
+  if (fs::create_directories(options_.directory, ignored)) {
+    may_remove_directory_ = true;
+  }
+  committing_ = std::async(std::launch::async, [this, record = std::move(record),
+                                                written = std::move(written),
+                                                dead = std::move(dead)]() mutable {
+    for (const auto& file : written) {
+      file->commit();
+    }
+    sync_path(options_.directory);  // no record of files whose names may be lost
+    write_record(options_.directory, record);
+    has_checkpoint_ = true;
+    for (const auto& file : dead) {
+      file->discard();
+    }
+    dead.clear();
+  });
+}
+
+void Hdf5Store::settle() {
+  std::future<void> committing;
+  {
+    const std::scoped_lock io(io_mutex_);
+    committing = std::move(committing_);
+  }
+  if (committing.valid()) {
+    try {
+      committing.get();
+    } catch (const DiskFull& full) {
+      refuse(full);
+    }
+  }
+}
+
+std::vector<Hdf5Store::FieldState> Hdf5Store::fields() const {
+  const std::scoped_lock lock(mutex_);
+  std::vector<FieldState> all;
+  all.reserve(fields_.size());
+  for (const auto& [name, field] : fields_) {
+    all.push_back({name, field.changed});
+  }
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+std::uint64_t Hdf5Store::unsaved_bytes() const {
+  const std::scoped_lock lock(mutex_);
+  std::uint64_t bytes = 0;
+  for (const auto& [name, field] : fields_) {
+    for (const auto& [tile, e] : field.chunks) {
+      bytes += e.on_disk ? 0 : e.bytes;
+    }
+  }
+  return bytes;
+}
+
+void Hdf5Store::set_note(const std::string& name, std::string value) {
+  const std::scoped_lock lock(mutex_);
+  notes_[name] = std::move(value);
+}
+
+std::optional<std::string> Hdf5Store::note(const std::string& name) const {
+  const std::scoped_lock lock(mutex_);
+  const auto n = notes_.find(name);
+  return n == notes_.end() ? std::nullopt : std::optional(n->second);
 }
 
 void Hdf5Store::set_keep(bool keep) {
   const std::scoped_lock io(io_mutex_);
   const std::scoped_lock lock(mutex_);
   options_.keep = keep;
-}
-
-bool Hdf5Store::is_complete(std::string_view stage) const {
-  const std::scoped_lock lock(mutex_);
-  const auto s = stages_.find(stage);
-  return s != stages_.end() && s->second.complete;
-}
-
-void Hdf5Store::discard_stage(std::string_view stage) {
-  ensure(!options_.read_only, "a store opened for reading is not written");
-  const std::scoped_lock io(io_mutex_);
-  const std::scoped_lock lock(mutex_);
-  const auto s = stages_.find(stage);
-  if (s == stages_.end()) {
-    return;
-  }
-  for (auto f = fields_.begin(); f != fields_.end();) {
-    if (f->second.stage == &s->second) {
-      for (auto& [tile, entry] : f->second.chunks) {
-        drop_data(entry);
-      }
-      f = fields_.erase(f);
-    } else {
-      ++f;
-    }
-  }
-  if (s->second.file) {
-    const fs::path path = s->second.file->path();
-    s->second.file.reset();
-    std::error_code ignored;
-    fs::remove(path, ignored);
-  }
-  stages_.erase(s);
 }
 
 std::vector<StoredStage> Hdf5Store::list() const {
@@ -446,12 +639,16 @@ std::vector<StoredStage> Hdf5Store::list() const {
   for (const auto& [name, stage] : stages_) {
     StoredStage& s = stages[name];
     s.name = name;
-    s.complete = stage.complete;
-    s.attributes = stage.attributes;
-    if (stage.file) {
+    const auto add = [&](const StageFile& file) {
       std::error_code error;
-      const std::uintmax_t size = fs::file_size(stage.file->path(), error);
-      s.file_bytes = error ? 0 : size;
+      const std::uintmax_t size = fs::file_size(file.path(), error);
+      s.file_bytes += error ? 0 : size;
+    };
+    for (const auto& file : stage.sealed) {
+      add(*file);
+    }
+    if (stage.open) {
+      add(*stage.open);
     }
   }
   for (const auto& [name, field] : fields_) {

@@ -23,7 +23,7 @@ namespace {
 constexpr hsize_t kHdf5Chunk = std::size_t{256} << 10;
 constexpr const char* kIndexChecksum = "index_checksum";
 constexpr const char* kFormat = "rattan_store";
-constexpr const char* kFormatValue = "1";
+constexpr const char* kFormatValue = "2";
 
 Handle access_properties() {
   Handle access(H5Pcreate(H5P_FILE_ACCESS));
@@ -60,8 +60,7 @@ std::string group_of(const std::string& field) {
 }
 
 [[noreturn]] void damaged(const fs::path& path, const std::string& what) {
-  throw InputError(path.string(), "", what,
-                   "The file is damaged; delete the work directory and run again");
+  throw DamagedFile(path, "", what);
 }
 
 void write_string(hid_t object, const std::string& name, const std::string& value,
@@ -96,10 +95,6 @@ herr_t collect_link(hid_t, const char* name, const H5L_info_t*, void* names) {
   static_cast<std::vector<std::string>*>(names)->emplace_back(name);
   return 0;
 }
-herr_t collect_attribute(hid_t, const char* name, const H5A_info_t*, void* names) {
-  static_cast<std::vector<std::string>*>(names)->emplace_back(name);
-  return 0;
-}
 }
 
 bool exists(hid_t file, const std::string& name) {
@@ -113,69 +108,79 @@ std::uint64_t index_checksum(const std::string& field, const std::vector<ChunkRe
 
 }  // namespace
 
+DamagedFile::DamagedFile(const fs::path& path, const std::string& place, const std::string& what)
+    : InputError(path.string(), place, what, "The file is damaged; run the job again"),
+      path_(path) {}
+
 void sync_path(const fs::path& path) {
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  const bool synced = descriptor >= 0 && ::fsync(descriptor) == 0;
+  bool synced = descriptor >= 0 && ::fsync(descriptor) == 0;
   const int error = errno;
+  // Some network file systems cannot sync a directory; its changes are there all the same.
+  synced = synced || (descriptor >= 0 && error == EINVAL && fs::is_directory(path));
   if (descriptor >= 0) {
     ::close(descriptor);
   }
   if (!synced) {
-    throw ResourceError(path.string() + ": cannot be synced to disk (" + std::strerror(error) +
-                        "). Check the disk, or choose another directory with --work-dir.");
+    const bool full = error == ENOSPC || error == EDQUOT || error == EFBIG;
+    const std::string text =
+        path.string() + ": cannot be synced to disk (" + std::strerror(error) + ")";
+    if (full) {
+      throw DiskFull(text);
+    }
+    throw ResourceError(text + ". Check the disk, or choose another directory with --work-dir.");
   }
 }
 
-StageFile::StageFile(StageFile&& other) noexcept
-    : path_(std::move(other.path_)),
-      file_(std::exchange(other.file_, -1)),
-      finished_(std::exchange(other.finished_, true)),
-      datasets_(std::move(other.datasets_)),
-      contents_(std::move(other.contents_)),
-      attributes_(std::move(other.attributes_)) {}
-
 StageFile::~StageFile() {
-  const fs::path unfinished = path();
+  const fs::path at = path();
   close();
-  if (!finished_) {
+  if (discarded_ || !committed_) {
     std::error_code ignored;
-    fs::remove(unfinished, ignored);
+    fs::remove(at, ignored);
   }
 }
 
 fs::path StageFile::path() const {
   fs::path p = path_;
-  if (!finished_) {
+  if (!committed_) {
     p += kPartialSuffix;
   }
   return p;
 }
 
-StageFile StageFile::create(const fs::path& path) {
-  StageFile file(path);
+std::unique_ptr<StageFile> StageFile::create(const fs::path& path) {
+  std::unique_ptr<StageFile> file(new StageFile(path));
   const Session session;
   const Handle access = access_properties();
-  file.file_ = H5Fcreate(file.path().c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get());
-  if (file.file_ < 0) {
-    hdf5::fail(file.path().string(), "create the file");
+  file->file_ = H5Fcreate(file->path().c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get());
+  if (file->file_ < 0) {
+    hdf5::fail(file->path().string(), "create the file");
   }
   return file;
 }
 
-StageFile StageFile::open(const fs::path& path) {
-  StageFile file(path);
-  file.finished_ = true;
+std::unique_ptr<StageFile> StageFile::open(const fs::path& path) {
+  std::unique_ptr<StageFile> file(new StageFile(path));
+  file->committed_ = true;
+  file->sealed_ = true;
   const Session session;
-  file.open_finished();
-  file.load_contents();
+  try {
+    file->open_sealed();
+    file->load_contents();
+  } catch (const DamagedFile&) {
+    throw;
+  } catch (const std::exception& e) {  // a count that cannot be
+    damaged(path, e.what());
+  }
   return file;
 }
 
-void StageFile::open_finished() {
+void StageFile::open_sealed() {
   const Handle access = access_properties();
-  file_ = H5Fopen(path_.c_str(), H5F_ACC_RDONLY, access.get());
+  file_ = H5Fopen(path().c_str(), H5F_ACC_RDONLY, access.get());
   if (file_ < 0) {
-    damaged(path_, "this is not a readable HDF5 file");
+    damaged(path(), "this is not a readable HDF5 file");
   }
 }
 
@@ -297,102 +302,61 @@ void StageFile::erase_field(const std::string& field) {
   }
 }
 
-void StageFile::finish(Contents contents, Attributes attributes) {
-  ensure(!finished_, "a stage file is finished once");
-  const fs::path unfinished = path();
-  {
-    const Session session;
-    for (const auto& [field, records] : contents) {
-      if (!datasets_.contains(field)) {
-        dataset(field, true);  // all its chunks are empty
-      }
-      const std::array<hsize_t, 2> size = {records.size(), 4};
-      const Handle space(H5Screate_simple(2, size.data(), nullptr));
-      const Handle index(H5Dcreate2(file_, (group_of(field) + "/index").c_str(), H5T_NATIVE_UINT64,
-                                    space.get(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
-      static_assert(sizeof(ChunkRecord) == 4 * sizeof(std::uint64_t));
-      if (!index.valid() || H5Dwrite(index.get(), H5T_NATIVE_UINT64, H5S_ALL, H5S_ALL, H5P_DEFAULT,
-                                     records.data()) < 0) {
-        hdf5::fail(unfinished.string(), "write the index of " + field);
-      }
-      write_string(index.get(), "field", field, unfinished.string());
-      write_string(index.get(), kIndexChecksum, std::to_string(index_checksum(field, records)),
-                   unfinished.string());
+void StageFile::seal(const Contents& contents) {
+  ensure(!sealed_, "a stage file is sealed once");
+  const std::string name = path().string();
+  const Session session;
+  for (const auto& [field, records] : contents) {
+    if (!datasets_.contains(field)) {
+      dataset(field, true);  // all its chunks are empty
     }
-    for (const auto& [name, value] : attributes) {
-      write_string(file_, name, value, unfinished.string());
+    const std::array<hsize_t, 2> size = {records.size(), 4};
+    const Handle space(H5Screate_simple(2, size.data(), nullptr));
+    const Handle index(H5Dcreate2(file_, (group_of(field) + "/index").c_str(), H5T_NATIVE_UINT64,
+                                  space.get(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+    static_assert(sizeof(ChunkRecord) == 4 * sizeof(std::uint64_t));
+    if (!index.valid() || H5Dwrite(index.get(), H5T_NATIVE_UINT64, H5S_ALL, H5S_ALL, H5P_DEFAULT,
+                                   records.data()) < 0) {
+      hdf5::fail(name, "write the index of " + field);
     }
-    write_string(file_, kFormat, kFormatValue, unfinished.string());
-    for (const auto& [name, set] : datasets_) {
-      H5Dclose(set.id);
-    }
-    datasets_.clear();
-    if (H5Fflush(file_, H5F_SCOPE_LOCAL) < 0) {
-      hdf5::fail(unfinished.string(), "write the file");
-    }
-    const bool closed = H5Fclose(file_) >= 0;
-    file_ = -1;
-    if (!closed) {
-      hdf5::fail(unfinished.string(), "close the file");
-    }
+    write_string(index.get(), "field", field, name);
+    write_string(index.get(), kIndexChecksum, std::to_string(index_checksum(field, records)), name);
   }
-  sync_path(unfinished);
+  write_string(file_, kFormat, kFormatValue, name);
+  for (const auto& [field, set] : datasets_) {
+    H5Dclose(set.id);
+  }
+  datasets_.clear();
+  if (H5Fflush(file_, H5F_SCOPE_LOCAL) < 0) {
+    hdf5::fail(name, "write the file");
+  }
+  const bool closed = H5Fclose(file_) >= 0;
+  file_ = -1;
+  if (!closed) {
+    hdf5::fail(name, "close the file");
+  }
+  sealed_ = true;
+  open_sealed();
+}
+
+void StageFile::commit() {
+  ensure(sealed_ && !committed_, "a file is committed once it is sealed");
+  const fs::path partial = path();
+  sync_path(partial);
   std::error_code error;
-  fs::rename(unfinished, path_, error);
+  fs::rename(partial, path_, error);
   if (error) {
     throw ResourceError(path_.string() + ": cannot take its name (" + error.message() +
                         "). Check the directory, or choose another with --work-dir.");
   }
-  sync_path(path_.has_parent_path() ? path_.parent_path() : fs::path("."));
-  finished_ = true;
-  contents_ = std::move(contents);
-  attributes_ = std::move(attributes);
-  const Session session;
-  open_finished();
-}
-
-void StageFile::resume() {
-  ensure(finished_, "only a finished file can be resumed");
-  close();
-  std::error_code error;
-  fs::path unfinished = path_;
-  unfinished += kPartialSuffix;
-  fs::rename(path_, unfinished, error);
-  if (error) {
-    throw ResourceError(path_.string() + ": cannot be replaced (" + error.message() +
-                        "). Check the directory, or choose another with --work-dir.");
-  }
-  finished_ = false;
-  const Session session;
-  const Handle access = access_properties();
-  file_ = H5Fopen(unfinished.c_str(), H5F_ACC_RDWR, access.get());
-  if (file_ < 0) {
-    hdf5::fail(unfinished.string(), "open the file");
-  }
-  for (const auto& [field, records] : contents_) {
-    if (H5Ldelete(file_, (group_of(field) + "/index").c_str(), H5P_DEFAULT) < 0) {
-      hdf5::fail(unfinished.string(), "drop the index of " + field);
-    }
-  }
-  for (const auto& [name, value] : attributes_) {
-    H5Adelete(file_, name.c_str());
-  }
-  H5Adelete(file_, kFormat);
-  contents_.clear();
-  attributes_.clear();
+  committed_ = true;
 }
 
 void StageFile::load_contents() {
-  std::vector<std::string> names;
-  H5Aiterate2(file_, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect_attribute, &names);
-  for (const std::string& name : names) {
-    attributes_[name] = read_string(file_, name.c_str(), path_);
-  }
-  if (attributes_[kFormat] != kFormatValue) {
+  if (read_string(file_, kFormat, path_) != kFormatValue) {
     damaged(path_, "this is no store file of this version of Rattan");
   }
-  attributes_.erase(kFormat);
-  names.clear();
+  std::vector<std::string> names;
   if (H5Literate(file_, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect_link, &names) < 0) {
     damaged(path_, "its list of fields cannot be read");
   }

@@ -1,18 +1,22 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// One stage's HDF5 file. Layout: for every field a group of its name with `data` (bytes of its
+// One HDF5 file of the store. Layout: for every field a group of its name with `data` (bytes of its
 // chunks, in the order in which they came) and `index` (one row per chunk: tile, offset, bytes,
-// checksum); the stage's attributes are string attributes of the root group.
+// checksum).
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <span>
 #include <string>
 #include <unordered_map>
 #include <vector>
+
+#include "engine/core/errors.h"
 
 namespace rattan {
 
@@ -23,18 +27,35 @@ struct ChunkRecord {
   std::uint64_t checksum = 0;
 };
 
-/// Not thread safe by itself; the HDF5 library behind it is locked, so several files may be used
-/// from several threads. Throws ResourceError (disk full, not writable), InputError (damaged file)
-/// or InternalError.
+/// There is no room where the store writes. The store completes the sentence.
+class DiskFull : public ResourceError {
+ public:
+  using ResourceError::ResourceError;
+};
+
+/// A file of the store that is not what was written. `path` names it.
+class DamagedFile : public InputError {
+ public:
+  DamagedFile(const std::filesystem::path& path, const std::string& place, const std::string& what);
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// A file is written, then sealed, then committed: once it has its final name it never changes. Not
+/// thread safe by itself, but commit may run beside reads; the HDF5 library behind it is locked, so
+/// several files may be used from several threads. Throws DiskFull or other ResourceErrors,
+/// DamagedFile or InternalError.
 class StageFile {
  public:
-  /// A new file at `path` + ".partial", which takes its name when finished. Replaces a leftover.
-  static StageFile create(const std::filesystem::path& path);
-  /// A finished file, for reading.
-  static StageFile open(const std::filesystem::path& path);
-  StageFile(StageFile&& other) noexcept;
-  StageFile& operator=(StageFile&&) = delete;
-  /// Closes. An unfinished file is deleted.
+  /// A new file at `path` + ".partial". Replaces a leftover.
+  static std::unique_ptr<StageFile> create(const std::filesystem::path& path);
+  /// A committed file, for reading.
+  static std::unique_ptr<StageFile> open(const std::filesystem::path& path);
+  StageFile(const StageFile&) = delete;
+  StageFile& operator=(const StageFile&) = delete;
+  /// Closes. A file that was not committed is deleted.
   ~StageFile();
 
   /// Appends to the field's data; returns the offset.
@@ -45,18 +66,19 @@ class StageFile {
   void erase_field(const std::string& field);
 
   using Contents = std::map<std::string, std::vector<ChunkRecord>>;
-  using Attributes = std::map<std::string, std::string>;
-  /// Of a finished file.
-  const Contents& contents() const { return contents_; }
-  const Attributes& attributes() const { return attributes_; }
+  /// Of a file that was opened; empties it.
+  Contents take_contents() { return std::move(contents_); }
 
-  /// Writes indices and attributes, syncs, renames, and opens for reading again.
-  void finish(Contents contents, Attributes attributes);
-  /// Makes a finished file unfinished again, for writing.
-  void resume();
-  bool finished() const { return finished_; }
+  /// Writes the index; nothing can be written any more.
+  void seal(const Contents& contents);
+  bool committed() const { return committed_; }
+  std::string name() const { return path_.filename().string(); }
+  /// After seal: syncs, and gives the file its name. The directory is for the caller to sync.
+  void commit();
   /// Where the file is now.
   std::filesystem::path path() const;
+  /// For a file that nobody needs any more: deletes it when it is closed.
+  void discard() { discarded_ = true; }
 
   static constexpr const char* kPartialSuffix = ".partial";
 
@@ -67,20 +89,22 @@ class StageFile {
   };
 
   explicit StageFile(std::filesystem::path path) : path_(std::move(path)) {}
-  void open_finished();
+  void open_sealed();
   void load_contents();
   Dataset& dataset(const std::string& field, bool may_create);
   void close() noexcept;
 
   std::filesystem::path path_;  ///< the final name
   std::int64_t file_ = -1;      // hid_t
-  bool finished_ = false;
+  bool sealed_ = false;
+  bool discarded_ = false;
+  std::atomic<bool> committed_ = false;
   std::unordered_map<std::string, Dataset> datasets_;
   Contents contents_;
-  Attributes attributes_;
 };
 
-/// Makes a renamed file's name survive a power cut. Throws ResourceError.
+/// Makes the bytes of a file, or the names in a directory, survive a power cut. Throws
+/// ResourceError.
 void sync_path(const std::filesystem::path& path);
 
 }  // namespace rattan

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#include "engine/core/resident_memory.h"
+
+#include <cstddef>
+#include <cstdio>
+#include <fcntl.h>
+#include <malloc.h>
+#include <unistd.h>
+
+// Only there if the program is linked with jemalloc.
+extern "C" int mallctl(const char* name, void* old_value, std::size_t* old_size, void* new_value,
+                       std::size_t new_size) __attribute__((weak));
+
+namespace rattan {
+
+std::uint64_t resident_bytes() {
+  static const int file = ::open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
+  static const auto page = static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+  char text[128];
+  const ssize_t size = file >= 0 ? ::pread(file, text, sizeof text - 1, 0) : -1;
+  if (size <= 0) {
+    return 0;
+  }
+  text[size] = '\0';
+  unsigned long long all = 0;
+  unsigned long long resident = 0;
+  return std::sscanf(text, "%llu %llu", &all, &resident) == 2 ? resident * page : 0;
+}
+
+void return_free_pages() {
+  if (mallctl != nullptr) {
+    // 4096 stands for every arena.
+    mallctl("arena.4096.purge", nullptr, nullptr, nullptr, 0);
+    return;
+  }
+  ::malloc_trim(0);
+}
+
+}  // namespace rattan

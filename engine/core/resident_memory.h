@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// What the kernel charges this process with, and how to give back what the allocator keeps.
+
+#include <cstdint>
+
+namespace rattan {
+
+/// Bytes of this process in memory now; 0 if the system doesn't say. Takes a few microseconds.
+std::uint64_t resident_bytes();
+
+/// Has the allocator return free pages to the system: jemalloc if the program is linked with it,
+/// else glibc's.
+void return_free_pages();
+
+}  // namespace rattan
