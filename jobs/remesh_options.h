@@ -67,6 +67,10 @@ struct RemeshOptions {
   int threads = 0;
 
   std::string work_dir;  ///< empty: output + ".work"
+  /// Delete what an earlier run left in the work directory instead of taking it up.
+  bool fresh = false;
+  /// For tests: seconds between checkpoints, 0 for one after every step.
+  std::optional<double> checkpoint_seconds;
   bool keep_work = false;
   std::string report;   ///< empty: none
   std::string preview;  ///< empty: none

@@ -5,6 +5,7 @@
 
 #include "engine/core/errors.h"
 #include "engine/mesh/scan_record.h"
+#include "io/store/hdf5_store.h"
 #include "jobs/load_mesh.h"
 #include "jobs/memory_share.h"
 #include "jobs/preview.h"
@@ -43,7 +44,7 @@ void render_work(const PictureOptions& options) {
                    .cache_bytes = default_memory_share() / 2,
                    .keep = true,
                    .read_only = true});
-  if (!store.is_complete("mesh") || !store.has_chunk(fields::kScanRecord.name, TileId(0))) {
+  if (!store.has_chunk(fields::kScanRecord.name, TileId(0))) {
     throw InputError(options.path, "", "the folder holds no scan of Rattan's",
                      "Give the work directory of a run with --keep-work");
   }

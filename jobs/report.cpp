@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "jobs/report.h"
 
-#include <fstream>
+#include <algorithm>
 #include <utility>
 
 #include <nlohmann/json.hpp>
 
-#include "engine/core/errors.h"
+#include "io/file/atomic_file.h"
 #include "jobs/version.h"
 
 namespace rattan {
@@ -121,6 +121,10 @@ nlohmann::ordered_json to_json(const RemeshReport& r) {
                            {"gradient_norm", s.gradient_norm}});
   }
   j["warnings"] = r.warnings;
+  const auto triangles =
+      static_cast<double>(std::max<std::uint64_t>(r.input.topology.triangles, 1));
+  j["work"] = {{"peak_bytes", r.work_bytes},
+               {"bytes_per_triangle", static_cast<double>(r.work_bytes) / triangles}};
   j["peak_rss_bytes"] = r.peak_rss_bytes;
   j["memory_budget_bytes"] = r.memory_budget_bytes;
   j["threads"] = r.threads;
@@ -129,13 +133,9 @@ nlohmann::ordered_json to_json(const RemeshReport& r) {
 }
 
 void write_report(const RemeshReport& report, const std::string& path) {
-  std::ofstream file(path, std::ios::trunc);
-  file << to_json(report).dump(2) << '\n';
-  file.close();
-  if (!file) {
-    throw ResourceError(path +
-                        ": the report cannot be written. Check the folder and the free space.");
-  }
+  AtomicFile file(path);
+  file.write(to_json(report).dump(2) + '\n');
+  file.commit();
 }
 
 }  // namespace rattan

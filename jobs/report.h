@@ -74,6 +74,7 @@ struct RemeshReport {
   std::vector<StageRecord> stages;
   std::vector<SolveReport> solver;
   std::vector<std::string> warnings;
+  std::uint64_t work_bytes = 0;  ///< on disk in the work directory, at most
   std::uint64_t peak_rss_bytes = 0;
   std::uint64_t memory_budget_bytes = 0;
   int threads = 0;

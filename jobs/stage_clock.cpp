@@ -26,23 +26,64 @@ std::uint64_t peak_rss_bytes() {
   return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024U;
 }
 
+namespace {
+
+StageRecord difference(const StageRecord& now, const StageRecord& before) {
+  return {.name = {},
+          .seconds = now.seconds - before.seconds,
+          .cpu_seconds = now.cpu_seconds - before.cpu_seconds,
+          .passes = now.passes - before.passes,
+          .bytes_read = now.bytes_read - before.bytes_read,
+          .bytes_written = now.bytes_written - before.bytes_written,
+          .resumed = false};
+}
+
+}  // namespace
+
+StageRecord StageClock::totals() const {
+  const StoreTraffic traffic = traffic_();
+  return {.name = {},
+          .seconds = wall_seconds(),
+          .cpu_seconds = cpu_seconds(),
+          .passes = tasks_.passes(),
+          .bytes_read = traffic.bytes_read,
+          .bytes_written = traffic.bytes_written,
+          .resumed = false};
+}
+
+StageRecord StageClock::lap() {
+  any_done_ = true;
+  const StageRecord now = totals();
+  return difference(now, std::exchange(last_, now));
+}
+
+void StageClock::pass_over(const StageRecord& cost) {
+  any_passed_over_ = true;
+  passed_over_.seconds += cost.seconds;
+  passed_over_.cpu_seconds += cost.cpu_seconds;
+  passed_over_.passes += cost.passes;
+  passed_over_.bytes_read += cost.bytes_read;
+  passed_over_.bytes_written += cost.bytes_written;
+}
+
 StageClock::Running::Running(StageClock& clock, std::string name)
-    : clock_(clock),
-      name_(std::move(name)),
-      wall_(wall_seconds()),
-      cpu_(cpu_seconds()),
-      passes_(clock.tasks_.passes()),
-      traffic_(clock.traffic_()) {}
+    : clock_(clock), name_(std::move(name)), begun_(clock.totals()) {
+  clock_.last_ = begun_;
+  clock_.passed_over_ = {};
+  clock_.any_passed_over_ = false;
+  clock_.any_done_ = false;
+}
 
 StageClock::Running::~Running() {
-  const StoreTraffic now = clock_.traffic_();
-  clock_.records_.push_back({.name = name_,
-                             .seconds = wall_seconds() - wall_,
-                             .cpu_seconds = cpu_seconds() - cpu_,
-                             .passes = clock_.tasks_.passes() - passes_,
-                             .bytes_read = now.bytes_read - traffic_.bytes_read,
-                             .bytes_written = now.bytes_written - traffic_.bytes_written,
-                             .resumed = false});
+  if (clock_.any_passed_over_) {
+    StageRecord& before = clock_.records_.emplace_back(clock_.passed_over_);
+    before.name = name_;
+    before.resumed = true;
+  }
+  if (clock_.any_done_ || !clock_.any_passed_over_) {
+    clock_.records_.push_back(difference(clock_.totals(), begun_));
+    clock_.records_.back().name = name_;
+  }
 }
 
 }  // namespace rattan

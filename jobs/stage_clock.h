@@ -11,7 +11,8 @@
 
 namespace rattan {
 
-/// Measures stages: wall and processor time, passes, bytes moved by the store.
+/// Measures stages: wall and processor time, passes, bytes moved by the store. A stage of which an
+/// earlier run did a part has two records, the first for that part.
 class StageClock {
  public:
   struct StoreTraffic {
@@ -22,6 +23,11 @@ class StageClock {
   StageClock(const TaskGraph& tasks, std::function<StoreTraffic()> traffic,
              std::vector<StageRecord>& records)
       : tasks_(tasks), traffic_(std::move(traffic)), records_(records) {}
+
+  /// What was measured since the last call, or since the stage began; inside `work` of run.
+  StageRecord lap();
+  /// A part of this stage was done by an earlier run, at this cost.
+  void pass_over(const StageRecord& cost);
 
   /// Runs `work` as the stage `name` and appends its record.
   template <class Work>
@@ -41,15 +47,18 @@ class StageClock {
    private:
     StageClock& clock_;
     std::string name_;
-    double wall_;
-    double cpu_;
-    std::uint64_t passes_;
-    StoreTraffic traffic_;
+    StageRecord begun_;
   };
+
+  StageRecord totals() const;
 
   const TaskGraph& tasks_;
   std::function<StoreTraffic()> traffic_;
   std::vector<StageRecord>& records_;
+  StageRecord last_;         ///< totals at the last lap
+  StageRecord passed_over_;  ///< of the stage that runs
+  bool any_passed_over_ = false;
+  bool any_done_ = false;
 };
 
 /// Seconds of a steady clock; of this process's processor time; bytes of peak resident memory.

@@ -1,50 +1,38 @@
 // SPDX-License-Identifier: MIT
 #include "jobs/work_record.h"
 
-#include <string>
-
-#include <fmt/format.h>
+#include "engine/core/packed_chunk.h"
+#include "engine/core/tile_layout.h"
+#include "engine/param/phase_fields.h"
+#include "jobs/working_mesh.h"
 
 namespace rattan {
 
 namespace {
 
-constexpr Field<Vec3d> kPositions{"remesh/position"};
-constexpr Field<std::uint64_t> kFaceBegin{"remesh/face_begin"};
-constexpr Field<std::uint32_t> kCorners{"remesh/corner"};
-constexpr TileId kWhole{0};
-
-template <class T>
-std::vector<T> read_all(Store& store, Field<T> field) {
-  const ChunkView<T> chunk = read(store, field, kWhole);
-  return {chunk.begin(), chunk.end()};
-}
+struct Lines {
+  double omega = 0.0;
+  int density = 2;
+};
+constexpr std::string_view kLines = "remesh/lines";
 
 }  // namespace
 
-void save_work(Hdf5Store& store, const PolygonMesh& remesh, double omega, int density) {
-  store.set_attribute("param", "omega", fmt::format("{}", omega));
-  store.set_attribute("param", "density", fmt::format("{}", density));
-  store.complete_stage("param");
-  write(store, kPositions, kWhole, remesh.positions);
-  write(store, kFaceBegin, kWhole, remesh.face_begin);
-  write(store, kCorners, kWhole, remesh.corners);
-  store.complete_stage("remesh");
+void save_lines(Store& store, double omega, int density) {
+  write_packed(store, kLines, Lines{omega, density});
 }
 
-WorkRecord load_work(Hdf5Store& store) {
+WorkRecord load_work(Store& store) {
   WorkRecord record;
-  const auto omega = store.attribute("param", "omega");
-  const auto density = store.attribute("param", "density");
-  if (omega && density) {
-    record.omega = std::stod(*omega);
-    record.density = std::stoi(*density);
+  if (store.has_chunk(kLines, TileId(0)) && store.has_chunk(fields::kPhase.name, kBoardTile)) {
+    Lines lines;
+    read_packed(store, kLines, lines);
+    record.omega = lines.omega;
+    record.density = lines.density;
   }
-  if (store.is_complete("remesh")) {
-    PolygonMesh& mesh = record.remesh.emplace();
-    mesh.positions = read_all(store, kPositions);
-    mesh.face_begin = read_all(store, kFaceBegin);
-    mesh.corners = read_all(store, kCorners);
+  WorkingMesh remesh(store);
+  if (remesh.saved()) {
+    record.remesh = remesh.get();
   }
   return record;
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Values in memory to bytes and back, on one kind of machine: for what a job keeps beside the store.
+// Values in memory to bytes and back, on one kind of machine: for what a job keeps beside the
+// store.
 
 #include <cstddef>
 #include <cstdint>
@@ -23,10 +24,11 @@ class PackWriter;
 /// A struct says `template <class A> void members_of(A& a, S& s) { a(s.x); a(s.y); }`, found by
 /// argument, if it isn't plain bytes. The same function packs and unpacks.
 template <class T>
-concept HasMembers = requires(PackReader& a, T& t) { members_of(a, t); };
+concept HasMembers = requires(PackReader& a, T& t) {
+  members_of(a, t);
+};
 template <class T>
-concept PlainBytes = std::is_trivially_destructible_v<T> && !HasMembers<T> &&
-                     !std::is_pointer_v<T>;
+concept PlainBytes = std::is_trivially_destructible_v<T> && !HasMembers<T> && !std::is_pointer_v<T>;
 
 class PackWriter {
  public:

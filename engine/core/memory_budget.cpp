@@ -86,6 +86,10 @@ std::uint64_t MemoryBudget::cache_share(std::uint64_t cached) const {
   return std::max(total_ > elsewhere ? total_ - elsewhere : 0, kLeastCache);
 }
 
+bool MemoryBudget::tight() const {
+  return resident_bytes() > total_ / 2;
+}
+
 void MemoryBudget::set_cache(std::function<void()> give_way) {
   const std::scoped_lock lock(mutex_);
   give_way_ = std::move(give_way);

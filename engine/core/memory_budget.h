@@ -62,6 +62,9 @@ class MemoryBudget {
   /// cache. It must stay callable until it is replaced (by an empty function at last).
   void set_cache(std::function<void()> give_way);
 
+  /// Whether the process fills more than half of the total.
+  bool tight() const;
+
   std::uint64_t total() const { return total_; }
   std::uint64_t used() const;
   std::uint64_t available() const;

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <fcntl.h>
 #include <malloc.h>
+#include <string>
 #include <unistd.h>
 
 // Only there if the program is linked with jemalloc.
@@ -12,6 +13,24 @@ extern "C" int mallctl(const char* name, void* old_value, std::size_t* old_size,
                        std::size_t new_size) __attribute__((weak));
 
 namespace rattan {
+
+namespace {
+
+/// How long jemalloc keeps freed pages, for arenas there are and those to come.
+void set_decay(ssize_t milliseconds) {
+  unsigned arenas = 0;
+  std::size_t size = sizeof arenas;
+  mallctl("arenas.narenas", &arenas, &size, nullptr, 0);
+  mallctl("arenas.dirty_decay_ms", nullptr, nullptr, &milliseconds, sizeof milliseconds);
+  for (unsigned a = 0; a < arenas; ++a) {
+    const std::string name = "arena." + std::to_string(a) + ".dirty_decay_ms";
+    mallctl(name.c_str(), nullptr, nullptr, &milliseconds, sizeof milliseconds);
+  }
+}
+
+constexpr ssize_t kUsualDecay = 1000;
+
+}  // namespace
 
 std::uint64_t resident_bytes() {
   static const int file = ::open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
@@ -34,6 +53,18 @@ void return_free_pages() {
     return;
   }
   ::malloc_trim(0);
+}
+
+PromptReturn::PromptReturn(bool wanted) : active_(wanted && mallctl != nullptr) {
+  if (active_) {
+    set_decay(0);
+  }
+}
+
+PromptReturn::~PromptReturn() {
+  if (active_) {
+    set_decay(kUsualDecay);
+  }
 }
 
 }  // namespace rattan

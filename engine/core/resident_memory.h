@@ -14,4 +14,18 @@ std::uint64_t resident_bytes();
 /// else glibc's.
 void return_free_pages();
 
+/// While it lives, freed pages return to the system at once: for work in memory with little of it
+/// to spare, during which nobody looks at the process's size. Costs page faults. Does nothing
+/// without jemalloc, or if not wanted. Not nested.
+class PromptReturn {
+ public:
+  explicit PromptReturn(bool wanted);
+  PromptReturn(const PromptReturn&) = delete;
+  PromptReturn& operator=(const PromptReturn&) = delete;
+  ~PromptReturn();
+
+ private:
+  bool active_ = false;
+};
+
 }  // namespace rattan

@@ -28,6 +28,8 @@ using namespace layout;
 /// Fixed-point steps per side of a cell.
 constexpr double kLengthSteps = 1 << 20;
 constexpr int kMostRounds = 6;
+/// Stitching holds the graphs and a skeleton of them, with tables to sort.
+constexpr std::uint64_t kTimesGraphs = 3;
 
 class Extraction {
  public:
@@ -41,6 +43,9 @@ class Extraction {
     trace_.length_scale = kLengthSteps * options.density / options.omega;
     trace_.features = options.features;
     trace_.corner_cosine = exact::sincos(options.corner_degrees / 180.0 * exact::kPi).cos;
+    if (options.budget != nullptr) {
+      reserved_ = options.budget->reserve(0, "the lines on the surface");
+    }
     tiles_.resize(mesh.layout.tile_count());
     tile_cuts_.resize(tiles_.size());
   }
@@ -135,6 +140,10 @@ class Extraction {
           }
         },
         [&](std::uint32_t tile, Result& r) {
+          graph_bytes_ += r.graph.bytes() - tiles_[tile].bytes();
+          if (options_.budget != nullptr) {
+            reserved_.resize(kTimesGraphs * graph_bytes_);
+          }
           tiles_[tile] = std::move(r.graph);
           report_.singularities += r.singularities;
         });
@@ -301,6 +310,8 @@ class Extraction {
   TaskGraph& graph_;
   ArrangementReport& report_;
   TraceOptions trace_;
+  Reservation reserved_;
+  std::uint64_t graph_bytes_ = 0;
   std::vector<TileGraph> tiles_;
   std::vector<PointKey> cuts_;                    // of the whole scan, sorted
   std::vector<std::vector<PointKey>> tile_cuts_;  // those each tile must know, sorted

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "engine/core/errors.h"
+#include "engine/core/memory_budget.h"
 #include "engine/core/store.h"
 #include "engine/core/task_graph.h"
 #include "engine/layout/cell_complex.h"
@@ -28,6 +29,8 @@ struct ArrangementOptions {
   const FeatureSet* features = nullptr;
   /// In one tile lines may cross each other so often; more is TooManyCrossings.
   std::uint64_t most_crossings = std::numeric_limits<std::uint64_t>::max();
+  /// Ledger for the graphs and what is made of them; may be null.
+  MemoryBudget* budget = nullptr;
 };
 
 /// Lines so close together make a mesh far larger than wanted, or than memory: on triangles much

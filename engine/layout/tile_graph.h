@@ -110,6 +110,13 @@ struct TileGraph {
   std::vector<ArcLine> lines;  ///< ascending by arc
 
   std::size_t face_count() const { return euler.size(); }
+  /// Of the large arrays.
+  std::uint64_t bytes() const {
+    return face_count() * (sizeof(std::int32_t) + 1) + nodes.size() * sizeof(GraphNode) +
+           arcs.size() * sizeof(GraphArc) + border_edges.size() * sizeof(BorderEdge) +
+           border_labels.size() * sizeof(std::uint32_t) +
+           border_vertices.size() * sizeof(BorderVertex) + fans.size() * sizeof(FanEntry);
+  }
 };
 
 /// A tile's graph with the way back from it to the arrangement.

@@ -64,10 +64,9 @@ SurfaceField prepare_geometry(Store& store, const ScanMesh& mesh, const FieldOpt
   const bool same_surface = steps.run("features", [&] {
     field.features = std::make_shared<const FeatureSet>(
         options.find_features ? find_features(store, mesh, features, tasks) : FeatureSet{});
-    const bool same = previous != nullptr && field.features->empty() &&
-                      previous->features->empty() &&
-                      field.low_pass.radius == previous->low_pass.radius &&
-                      field.geometry == previous->geometry;
+    const bool same =
+        previous != nullptr && field.features->empty() && previous->features->empty() &&
+        field.low_pass.radius == previous->low_pass.radius && field.geometry == previous->geometry;
     write_packed(store, kFeatures, *field.features);
     return same;
   });

@@ -31,6 +31,9 @@ struct SurfaceProjector::TileScene {
       : positions(mesh.positions),
         triangles(mesh.triangles),
         index(positions.span(), triangles.span().first(mesh.counts.owned), mesh.counts.first) {}
+  std::uint64_t bytes() const {
+    return positions.span().size_bytes() + triangles.span().size_bytes() + index.bytes();
+  }
   ChunkView<Vec3f> positions;
   ChunkView<LocalTriangle> triangles;
   TriangleIndex index;
@@ -39,6 +42,10 @@ struct SurfaceProjector::TileScene {
 SurfaceProjector::SurfaceProjector(Store& store, const ScanMesh& mesh,
                                    const ProjectorOptions& options, TaskGraph& graph)
     : store_(store), mesh_(mesh), options_(options) {
+  if (options_.budget != nullptr) {
+    reserved_ = options_.budget->reserve(0, "the index of the scan's triangles");
+    most_alive_bytes_ = options_.budget->available() / 2;
+  }
   const std::uint32_t tiles = mesh.layout.tile_count();
   boxes_.resize(tiles);
   alive_.resize(tiles);
@@ -89,10 +96,19 @@ std::shared_ptr<const SurfaceProjector::TileScene> SurfaceProjector::scene(TileI
 void SurfaceProjector::keep(TileId tile, std::shared_ptr<const TileScene> scene) {
   // Passes are cyclic, where dropping the oldest would drop every scene just before it is needed:
   // the first ones stay and nothing is ever evicted.
-  if (!alive_[tile.value] && alive_count_ < options_.tiles_alive) {
-    alive_[tile.value] = std::move(scene);
-    ++alive_count_;
+  if (alive_[tile.value] || alive_count_ >= options_.tiles_alive) {
+    return;
   }
+  const std::uint64_t bytes = scene->bytes();
+  if (alive_bytes_ + bytes > most_alive_bytes_) {
+    return;
+  }
+  alive_bytes_ += bytes;
+  if (options_.budget != nullptr) {
+    reserved_.resize(alive_bytes_);
+  }
+  alive_[tile.value] = std::move(scene);
+  ++alive_count_;
 }
 
 template <class F>

@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/core/memory_budget.h"
 #include "engine/core/store.h"
 #include "engine/core/task_graph.h"
 #include "engine/mesh/tile_mesh.h"
@@ -21,6 +22,9 @@ struct ProjectorOptions {
   /// Tiles whose triangles and hierarchy stay in memory between calls (about 50 bytes a triangle);
   /// the others are rebuilt whenever they are needed. Changes no result.
   std::uint32_t tiles_alive = std::numeric_limits<std::uint32_t>::max();
+  /// Ledger for them, which leaves half of what is free to others; may be null, else outlives the
+  /// projector.
+  MemoryBudget* budget = nullptr;
 };
 
 struct ProjectionQuery {
@@ -86,6 +90,9 @@ class SurfaceProjector {
   std::vector<Box> group_boxes_;  ///< of kGroup consecutive tiles
   std::vector<std::shared_ptr<const TileScene>> alive_;
   std::uint32_t alive_count_ = 0;
+  std::uint64_t most_alive_bytes_ = std::numeric_limits<std::uint64_t>::max();
+  std::uint64_t alive_bytes_ = 0;
+  Reservation reserved_;
   std::uint64_t queries_ = 0;
 };
 

@@ -65,6 +65,8 @@ class TriangleIndex {
   Vec3d normal(std::uint32_t local) const;
   std::span<const LocalTriangle> triangles() const { return triangles_; }
   std::uint64_t base() const { return base_; }
+  /// Of the hierarchy; the spans come on top.
+  std::uint64_t bytes() const { return nodes_.size() * sizeof(Node); }
   /// Box of all triangles; inverted if there are none.
   const Vec3f& box_min() const { return box_min_; }
   const Vec3f& box_max() const { return box_max_; }

@@ -84,10 +84,13 @@ void Hdf5Store::open_checkpoint(const StoreRecord& record) {
   notes_ = record.notes;
   std::vector<StageFile*> files;
   std::vector<StageFile::Contents> contents;
-  for (const std::string& name : record.files) {
+  for (const auto& [name, seal] : record.files) {
     StageFile* opened = nullptr;
     try {
       std::unique_ptr<StageFile> file = StageFile::open(options_.directory / name);
+      if (file->seal_sum() != seal) {
+        throw DamagedFile(options_.directory / name, "", "another file is in its place");
+      }
       opened = file.get();
       contents.push_back(file->take_contents());
       stages_[name.substr(0, name.find('.'))].sealed.push_back(std::move(file));
@@ -130,12 +133,12 @@ void Hdf5Store::delete_leftovers(const StoreRecord& record) {
        at.increment(error)) {
     const fs::path& path = at->path();
     const std::string name = path.filename().string();
-    const bool partial = path.extension() == StageFile::kPartialSuffix &&
-                         (path.stem().extension() == kExtension ||
-                          path.stem() == fs::path(StoreRecord::kFileName));
+    const bool partial =
+        path.extension() == StageFile::kPartialSuffix &&
+        (path.stem().extension() == kExtension || path.stem() == fs::path(StoreRecord::kFileName));
     const bool data = path.extension() == kExtension && path.stem().has_extension() &&
-                      std::find(record.files.begin(), record.files.end(), name) ==
-                          record.files.end();
+                      std::none_of(record.files.begin(), record.files.end(),
+                                   [&](const StoreRecord::File& f) { return f.name == name; });
     if (partial || data) {
       leftovers.push_back(path);
     }
@@ -325,10 +328,15 @@ void Hdf5Store::erase(std::string_view field) {
   for (auto& [tile, entry] : f->second.chunks) {
     drop_data(entry);
   }
-  if (StageFile* open = f->second.stage->open.get()) {
-    open->erase_field(f->second.short_name);
+  Stage& stage = *f->second.stage;
+  if (stage.open) {
+    stage.open->erase_field(f->second.short_name);
   }
   fields_.erase(f);
+  if (stage.open && std::none_of(fields_.begin(), fields_.end(),
+                                 [&](const auto& other) { return other.second.stage == &stage; })) {
+    stage.open.reset();  // gives its space back
+  }
 }
 
 void Hdf5Store::look_at_budget() {
@@ -429,8 +437,10 @@ void Hdf5Store::write_out(Field& field, std::uint32_t tile, std::uint64_t versio
   } catch (const DiskFull& full) {
     refuse(full);
   }
+  const std::uint64_t on_disk = bytes_on_disk();
   const std::scoped_lock lock(mutex_);
   bytes_written_ += data->size();
+  peak_disk_bytes_ = std::max(peak_disk_bytes_, on_disk);
   Entry& e = field.chunks.find(tile)->second;
   e.file = file;
   e.offset = offset;
@@ -536,10 +546,11 @@ void Hdf5Store::checkpoint() {
     std::erase_if(stage->sealed, [&](const std::shared_ptr<StageFile>& file) {
       if (!used.contains(file.get())) {
         dead.push_back(file);
+        dying_bytes_ += file->bytes();
         return true;
       }
       file_number[file.get()] = static_cast<std::uint32_t>(record.files.size());
-      record.files.push_back(file->name());
+      record.files.push_back({file->name(), file->seal_sum()});
       return false;
     });
     for (const Field* field : fields_of(*stage)) {
@@ -562,20 +573,21 @@ void Hdf5Store::checkpoint() {
   if (fs::create_directories(options_.directory, ignored)) {
     may_remove_directory_ = true;
   }
-  committing_ = std::async(std::launch::async, [this, record = std::move(record),
-                                                written = std::move(written),
-                                                dead = std::move(dead)]() mutable {
-    for (const auto& file : written) {
-      file->commit();
-    }
-    sync_path(options_.directory);  // no record of files whose names may be lost
-    write_record(options_.directory, record);
-    has_checkpoint_ = true;
-    for (const auto& file : dead) {
-      file->discard();
-    }
-    dead.clear();
-  });
+  committing_ = std::async(
+      std::launch::async, [this, record = std::move(record), written = std::move(written),
+                           dead = std::move(dead)]() mutable {
+        for (const auto& file : written) {
+          file->commit();
+        }
+        sync_path(options_.directory);  // no record of files whose names may be lost
+        write_record(options_.directory, record);
+        has_checkpoint_ = true;
+        for (const auto& file : dead) {
+          file->discard();
+        }
+        dead.clear();
+        dying_bytes_ = 0;
+      });
 }
 
 void Hdf5Store::settle() {
@@ -591,6 +603,27 @@ void Hdf5Store::settle() {
       refuse(full);
     }
   }
+}
+
+std::uint64_t Hdf5Store::bytes_on_disk() const {
+  std::uint64_t bytes = 0;
+  for (const auto& [name, stage] : stages_) {
+    bytes += stage.open ? stage.open->bytes() : 0;
+    for (const auto& file : stage.sealed) {
+      bytes += file->bytes();
+    }
+  }
+  return bytes + dying_bytes_;
+}
+
+std::uint64_t Hdf5Store::disk_bytes() const {
+  const std::scoped_lock io(io_mutex_);
+  return bytes_on_disk();
+}
+
+std::uint64_t Hdf5Store::peak_disk_bytes() const {
+  const std::scoped_lock lock(mutex_);
+  return peak_disk_bytes_;
 }
 
 std::vector<Hdf5Store::FieldState> Hdf5Store::fields() const {

@@ -51,7 +51,7 @@ struct StoredField {
 };
 struct StoredStage {
   std::string name;
-  std::uint64_t file_bytes = 0;  ///< 0 while everything is in memory
+  std::uint64_t file_bytes = 0;     ///< 0 while everything is in memory
   std::vector<StoredField> fields;  ///< by name
 };
 
@@ -110,6 +110,9 @@ class Hdf5Store final : public Store {
   /// Traffic with the disk so far.
   std::uint64_t bytes_read() const;
   std::uint64_t bytes_written() const;
+  /// About what the files of the store take on disk, now and at most so far.
+  std::uint64_t disk_bytes() const;
+  std::uint64_t peak_disk_bytes() const;
   /// Chunk bytes in the cache now.
   std::uint64_t cached_bytes() const;
 
@@ -160,6 +163,7 @@ class Hdf5Store final : public Store {
   void write_unsaved(Stage& stage);
   void seal(Stage& stage);
   [[noreturn]] void refuse(const DiskFull& full) const;
+  std::uint64_t bytes_on_disk() const;
 
   // With mutex_ held:
   void drop_data(Entry& entry);
@@ -179,6 +183,8 @@ class Hdf5Store final : public Store {
   std::uint64_t number_ = 0;  ///< of the last checkpoint begun
   std::atomic<bool> has_checkpoint_ = false;
   std::future<void> committing_;
+  std::atomic<std::uint64_t> dying_bytes_ = 0;  ///< of files to be deleted once a checkpoint stands
+  std::uint64_t peak_disk_bytes_ = 0;
   std::map<std::string, std::string> notes_;
 
   // io_mutex_ guards the files and the fields' existence; it is taken before mutex_.

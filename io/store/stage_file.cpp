@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "io/store/stage_file.h"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -22,6 +23,7 @@ namespace {
 
 constexpr hsize_t kHdf5Chunk = std::size_t{256} << 10;
 constexpr const char* kIndexChecksum = "index_checksum";
+constexpr std::uint64_t kOdd = 0x9e3779b97f4a7c15U;
 constexpr const char* kFormat = "rattan_store";
 constexpr const char* kFormatValue = "2";
 
@@ -244,6 +246,8 @@ std::uint64_t StageFile::append(const std::string& field, std::span<const std::b
       hdf5::fail(path().string(), "extend field " + field);
     }
     set.bytes = size;
+    live_bytes_ += bytes.size();
+    most_bytes_ = std::max(most_bytes_, live_bytes_);
   }
   overwrite(field, offset, bytes);
   return offset;
@@ -291,6 +295,7 @@ void StageFile::erase_field(const std::string& field) {
   const Session session;
   const auto known = datasets_.find(field);
   if (known != datasets_.end()) {
+    live_bytes_ -= std::min<std::uint64_t>(live_bytes_, known->second.bytes);
     H5Dclose(known->second.id);
     datasets_.erase(known);
   }
@@ -320,7 +325,9 @@ void StageFile::seal(const Contents& contents) {
       hdf5::fail(name, "write the index of " + field);
     }
     write_string(index.get(), "field", field, name);
-    write_string(index.get(), kIndexChecksum, std::to_string(index_checksum(field, records)), name);
+    const std::uint64_t sum = index_checksum(field, records);
+    write_string(index.get(), kIndexChecksum, std::to_string(sum), name);
+    seal_sum_ = seal_sum_ * kOdd + sum;
   }
   write_string(file_, kFormat, kFormatValue, name);
   for (const auto& [field, set] : datasets_) {
@@ -384,6 +391,12 @@ void StageFile::load_contents() {
     }
     contents_[field] = std::move(records);
   }
+  for (const auto& [field, records] : contents_) {
+    seal_sum_ = seal_sum_ * kOdd + index_checksum(field, records);
+  }
+  std::error_code error;
+  const std::uintmax_t size = fs::file_size(path_, error);
+  live_bytes_ = most_bytes_ = error ? 0 : size;
 }
 
 }  // namespace rattan

@@ -72,6 +72,10 @@ class StageFile {
   /// Writes the index; nothing can be written any more.
   void seal(const Contents& contents);
   bool committed() const { return committed_; }
+  /// Checksum of all that a sealed file holds, by way of its index.
+  std::uint64_t seal_sum() const { return seal_sum_; }
+  /// About what it takes on disk.
+  std::uint64_t bytes() const { return most_bytes_; }
   std::string name() const { return path_.filename().string(); }
   /// After seal: syncs, and gives the file its name. The directory is for the caller to sync.
   void commit();
@@ -99,6 +103,9 @@ class StageFile {
   bool sealed_ = false;
   bool discarded_ = false;
   std::atomic<bool> committed_ = false;
+  std::uint64_t seal_sum_ = 0;
+  std::uint64_t live_bytes_ = 0;
+  std::uint64_t most_bytes_ = 0;
   std::unordered_map<std::string, Dataset> datasets_;
   Contents contents_;
 };

@@ -17,6 +17,12 @@ namespace rattan {
 namespace fs = std::filesystem;
 
 template <class A>
+void members_of(A& a, StoreRecord::File& f) {
+  a(f.name);
+  a(f.seal);
+}
+
+template <class A>
 void members_of(A& a, StoreRecord::LiveField& f) {
   a(f.name);
   a(f.changed);
@@ -41,7 +47,8 @@ std::uint64_t sum_of(std::string_view bytes) {
 }
 
 [[noreturn]] void fail(const fs::path& path, const char* doing, int error) {
-  const std::string text = path.string() + ": cannot be " + doing + " (" + std::strerror(error) + ")";
+  const std::string text =
+      path.string() + ": cannot be " + doing + " (" + std::strerror(error) + ")";
   if (error == ENOSPC || error == EDQUOT || error == EFBIG) {
     throw DiskFull(text);
   }

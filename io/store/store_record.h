@@ -17,7 +17,13 @@ struct StoreRecord {
   std::uint64_t number = 0;
   /// Versions of chunks given out so far.
   std::uint64_t versions = 0;
-  std::vector<std::string> files;  ///< names of the data files that count
+  /// The data files that count. Their seals tell one from another, or from an older one, that was
+  /// put in its place.
+  struct File {
+    std::string name;
+    std::uint64_t seal = 0;
+  };
+  std::vector<File> files;
   struct LiveField {
     std::string name;
     std::uint64_t changed = 0;  ///< version of its latest chunk

@@ -42,9 +42,7 @@ struct Holder {
   std::string boot;
   std::string pid;
   bool here() const { return host == host_name() && boot == boot_id(); }
-  std::string text() const {
-    return "host=" + host + "\nboot=" + boot + "\npid=" + pid + "\n";
-  }
+  std::string text() const { return "host=" + host + "\nboot=" + boot + "\npid=" + pid + "\n"; }
 };
 
 std::string read_all(int fd) {
@@ -107,8 +105,7 @@ milliseconds age(const fs::path& directory, int fd) {
 std::vector<std::uint64_t> lock_numbers(const fs::path& directory) {
   std::vector<std::uint64_t> numbers;
   std::error_code error;
-  for (fs::directory_iterator at(directory, error), end; !error && at != end;
-       at.increment(error)) {
+  for (fs::directory_iterator at(directory, error), end; !error && at != end; at.increment(error)) {
     const std::string name = at->path().filename().string();
     std::uint64_t n = 0;
     if (name.starts_with(kPrefix) &&

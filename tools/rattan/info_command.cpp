@@ -51,11 +51,7 @@ int describe_mesh(const std::string& path) {
 int describe_work(const std::string& path) {
   const Hdf5Store store({.directory = path, .keep = true, .read_only = true});
   for (const StoredStage& stage : store.list()) {
-    fmt::print("{}: {}, {} bytes\n", stage.name, stage.complete ? "complete" : "not finished",
-               stage.file_bytes);
-    for (const auto& [name, value] : stage.attributes) {
-      fmt::print("  {} = {}\n", name, value);
-    }
+    fmt::print("{}: {} bytes\n", stage.name, stage.file_bytes);
     for (const StoredField& field : stage.fields) {
       fmt::print("  {:<28} {} chunks, {} bytes\n", field.name, field.chunks, field.bytes);
     }

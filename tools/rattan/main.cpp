@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <csignal>
 #include <cstdio>
 
 #include <CLI/CLI.hpp>
@@ -43,5 +44,6 @@ int parse_and_run(int argc, char** argv) {
 }  // namespace rattan
 
 int main(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error like any other
   return rattan::run_guarded([&] { return rattan::parse_and_run(argc, argv); });
 }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <cstdlib>
 #include <map>
 #include <memory>
 #include <string>
@@ -9,6 +10,7 @@
 #include "jobs/size_list.h"
 #include "tools/rattan/commands.h"
 #include "tools/rattan/console.h"
+#include "tools/rattan/interruption.h"
 
 namespace rattan {
 
@@ -96,6 +98,7 @@ void add_run_options(CLI::App& command, Arguments& args) {
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
   command.add_option("--work-dir", o.work_dir, "folder of intermediate data; default OUT.work");
+  command.add_flag("--fresh", o.fresh, "start anew, whatever an earlier run left in that folder");
   command.add_flag("--keep-work", o.keep_work, "leave the intermediate data for inspection");
   command.add_option("--report", o.report, "write a JSON report");
   command.add_option("--preview", o.preview, "write a PNG: scan, field, iso-lines, remesh");
@@ -122,10 +125,14 @@ int run(Arguments& args) {
   const Verbosity verbosity = args.quiet     ? Verbosity::kQuiet
                               : args.verbose ? Verbosity::kVerbose
                                              : Verbosity::kNormal;
+  if (const char* seconds = std::getenv("RATTAN_CHECKPOINT_SECONDS")) {
+    o.checkpoint_seconds = std::strtod(seconds, nullptr);
+  }
   RemeshReport report;
   {
+    Interruption interruption;
     Console console(verbosity);
-    report = remesh_scan(o, console);
+    report = remesh_scan(o, console, {interruption.soon(), interruption.now()});
   }
   if (verbosity != Verbosity::kQuiet) {
     for (const auto& [output, singularities, distance, shared_with] : report.outputs) {

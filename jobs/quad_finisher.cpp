@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+#include "jobs/quad_finisher.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "engine/core/resident_memory.h"
+#include "engine/remesh/mend_quads.h"
+#include "engine/remesh/quadrangulate.h"
+#include "engine/remesh/quality.h"
+#include "engine/remesh/refine_creases.h"
+#include "engine/remesh/refine_loops.h"
+#include "engine/remesh/vertex_colours.h"
+
+namespace rattan {
+
+namespace {
+
+// A quad with a corner of more than 143 degrees or less than 37 does better as two triangles: a few
+// in a thousand are.
+constexpr double kLeastJacobian = 0.6;
+constexpr int kStepsAfterRefining = 20;
+// Of the target, what may be exceeded by splitting quads that aren't folded.
+constexpr double kMostFaces = 1.13;
+
+double face_count(const PolygonMesh& mesh) {
+  return static_cast<double>(mesh.face_count());
+}
+
+}  // namespace
+
+void QuadFinisher::finish() {
+  job_.clock.run("optimise", [&] {
+    const PromptReturn prompt(job_.budget.tight());
+    job_.steps.depend_on(fmt::format("pure-quads={} target={:a} crease={:a}",
+                                     job_.options.pure_quads, job_.target.faces,
+                                     job_.options.crease));
+    faces_ = job_.remesh_step("places", [&] {
+      place_vertices();
+      return face_count(job_.remesh.get());
+    });
+    faces_ = job_.remesh_step("refinement", [&] {
+      if (job_.options.pure_quads) {
+        mend_quads();
+      } else {
+        refine_curves();
+        divide_bad_quads();
+      }
+      return face_count(job_.remesh.get());
+    });
+    distance_ = job_.remesh_step("distance", [&] {
+      PolygonMesh& mesh = job_.remesh.get();
+      const DistanceReport distance = measure_distances(mesh, job_.store, job_.mesh, projector(),
+                                                        DistanceOptions{}, job_.tasks);
+      if (job_.mesh.has_colours) {
+        transfer_colours(mesh, job_.store, job_.mesh, projector(), job_.tasks);
+      }
+      return distance;
+    });
+  });
+}
+
+double QuadFinisher::miss() const {
+  return std::max(faces_ / job_.target.faces, job_.target.faces / faces_);
+}
+
+SurfaceProjector& QuadFinisher::projector() {
+  if (!projector_) {
+    projector_.emplace(job_.store, job_.mesh, ProjectorOptions{.budget = &job_.budget}, job_.tasks);
+  }
+  return *projector_;
+}
+
+OptimiseOptions QuadFinisher::optimise_options() const {
+  OptimiseOptions options;
+  options.features = job_.field.features.get();
+  return options;
+}
+
+void QuadFinisher::place_vertices() {
+  optimise(job_.remesh.get(), job_.store, job_.mesh, projector(), optimise_options(), job_.tasks);
+}
+
+// Divides creases and boundaries where they bend within an edge, then evens out the faces beside.
+void QuadFinisher::refine_curves() {
+  PolygonMesh& mesh = job_.remesh.get();
+  const double tolerance = job_.curve_tolerance();
+  std::uint64_t added = refine_creases(mesh, *job_.field.features, tolerance);
+  if (job_.keeps_loops()) {
+    added += unfold_ears(mesh);
+    added += refine_loops(mesh, job_.boundary_curve(), job_.boundary_loops(), tolerance);
+  }
+  if (added > 0) {
+    OptimiseOptions options = optimise_options();
+    options.hold_curves = true;
+    options.steps = kStepsAfterRefining;
+    optimise(mesh, job_.store, job_.mesh, projector(), options, job_.tasks);
+    if (job_.keeps_loops()) {
+      unfold_ears(mesh);
+    }
+  }
+}
+
+// As many as leave the number of faces near to what was asked for.
+void QuadFinisher::divide_bad_quads() {
+  const PolygonMesh& mesh = job_.remesh.get();
+  PolygonMesh divided;
+  for (const double least : {kLeastJacobian, 0.5, 0.4, 0.3, 0.2, 0.0}) {
+    divided = mesh;
+    split_bad_quads(divided, least);
+    if (face_count(divided) <= kMostFaces * job_.target.faces) {
+      break;
+    }
+  }
+  job_.remesh.set(std::move(divided));
+}
+
+// A folded quad can't become two triangles here: more untangling, then other quads in its place.
+// The mesh with fewest of them is kept, as long as it has the faces that were asked for.
+void QuadFinisher::mend_quads() {
+  constexpr int kRounds = 4;
+  PolygonMesh& mesh = job_.remesh.get();
+  std::uint64_t fewest = measure_quality(mesh).bad_quads;
+  PolygonMesh mended = fewest > 0 ? mesh : PolygonMesh();
+  for (int round = 0; round < kRounds && fewest > 0; ++round) {
+    OptimiseOptions options = optimise_options();
+    if (round == 0) {
+      options.steps = 0;
+      options.relocate = false;
+    } else {
+      mend_bad_quads(mended);
+    }
+    options.untangle_rounds = 12;
+    optimise(mended, job_.store, job_.mesh, projector(), options, job_.tasks);
+    const std::uint64_t left = measure_quality(mended).bad_quads;
+    if (left < fewest && (meets_target(face_count(mended), job_.target) ||
+                          !meets_target(face_count(mesh), job_.target))) {
+      fewest = left;
+      mesh = mended;
+    }
+  }
+}
+
+}  // namespace rattan

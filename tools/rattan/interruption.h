@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <atomic>
+#include <csignal>
+#include <ctime>
+#include <stop_token>
+#include <thread>
+
+namespace rattan {
+
+/// While it lives, SIGTERM, SIGINT and SIGUSR1 ask to stop: soon() at once, now() some seconds
+/// later, and if the process is still there after some more (in a step that nothing can interrupt),
+/// it ends with exit code 75. What is on disk is whole at any instant. A second signal ends it at
+/// once. Made before any other thread is.
+class Interruption {
+ public:
+  Interruption();
+  ~Interruption();
+  Interruption(const Interruption&) = delete;
+  Interruption& operator=(const Interruption&) = delete;
+
+  std::stop_token soon() const { return soon_.get_token(); }
+  std::stop_token now() const { return now_.get_token(); }
+
+ private:
+  void watch();
+  int next_signal(const timespec* longest);
+
+  sigset_t signals_{};
+  sigset_t before_{};
+  std::stop_source soon_;
+  std::stop_source now_;
+  std::atomic<bool> ending_ = false;
+  std::jthread watcher_;
+};
+
+}  // namespace rattan
