@@ -4,7 +4,7 @@
 import shutil
 from collections import Counter
 
-from program import DONE, NO_RESOURCE, facts, outputs, work_folder
+from program import DONE, INTERRUPTED, NO_RESOURCE, facts, outputs, work_folder
 
 
 class Skip(Exception):
@@ -76,12 +76,21 @@ def expect_refusal(tally, ended, names, where, codes=(NO_RESOURCE,)):
                       f"{where}: expected exit {' or '.join(map(str, codes))}, not {ended}")
     if ok:
         said = ended.sentences()
-        ok = tally.expect(len(said) == 1, f"{where}: not one sentence: {ended}")
+        ok = tally.expect(len(said) == 1 and len(ended.errors.splitlines()) == 1 + len(ended.warnings()),
+                          f"{where}: not one sentence: {ended}")
         ok = ok and tally.expect(any(str(n) in said[0] for n in names),
                                  f"{where}: names none of {', '.join(map(str, names))}: {said[0]}")
         ok = ok and tally.expect(said[0].rstrip().endswith(".") and said[0].count(". ") >= 1,
                                  f"{where}: no remedy: {said[0]}")
     return ok
+
+
+def expect_interrupted(tally, ended, where):
+    """Exit 75, and how to go on."""
+    ok = tally.expect(ended.code == INTERRUPTED and not ended.hung,
+                      f"{where}: expected exit {INTERRUPTED}, not {ended}")
+    return ok and tally.expect(ended.sentences() and "run the same command again" in ended.sentences()[-1],
+                               f"{where}: doesn't say how to go on: {ended}")
 
 
 def remove(folder):

@@ -5,9 +5,9 @@ work is damaged and resumed; kept work is damaged and looked at. It is found and
 import os
 import shutil
 
-from checks import expect_done, expect_refusal, remove
+from checks import expect_done, remove
 from interrupted import copy, snapshots, store_files
-from program import DONE, NO_RESOURCE, REFUSED_INPUT, Running, work_folder
+from program import DONE, REFUSED_INPUT, Running, work_folder
 
 HOW = ("flip",) * 12 + ("zero block", "cut", "cut", "grow", "delete", "swap", "empty")
 
@@ -69,16 +69,10 @@ def damage_and_resume(bench, tally, case, snapshot):
     where = f"{case.name} in {folder.name}, {what}"
     ended = bench.run(case, folder)
     tally.count(f"damages ({how})")
-    if ended.code == DONE:
-        ok = expect_done(tally, bench, case, folder, ended, where)
-        named = path.name in ended.errors or path.stem in ended.errors
-        tally.count("found, named and rebuilt" if named else "without a word and harmless")
-    else:
-        ok = expect_refusal(tally, ended, [path.name, path.parent], where,
-                            (REFUSED_INPUT, NO_RESOURCE))
-        tally.count("refused with a sentence")
-        ended = bench.run(case, folder)
-        tally.count("refused again by the run after", ended.code != DONE)
+    ok = expect_done(tally, bench, case, folder, ended, where)
+    named = path.name in ended.errors or path.stem in ended.errors
+    tally.count("not rebuilt" if not ok else "found, named and rebuilt" if named else
+                "without a word and harmless")
     if ok:
         remove(folder)
 

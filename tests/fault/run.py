@@ -122,13 +122,14 @@ def full_plan(bench, scans, tally, options):
     sizes = Case("nefertiti in sizes", scans.sample("nefertiti.obj"), ("--faces", "8k,2k,700"), "out.obj")
     quads = Case("bun_zipper in quads", scans.sample("bun_zipper.ply"), ("--pure-quads",))
     plane = Case("plane_holes", scans.sample("plane_holes.obj"), (), "out.off")
-    middle = Case("400k", scans.synth(400_000), ("--memory", "256MiB"), "out.ply")
+    middle = Case("400k", scans.synth(400_000), ("--memory", "256MiB"), "out.ply", often=False)
     small = Case("100k", scans.synth(100_000, 3), ("--threads", "1"))
-    big = Case("1.6M", scans.synth(1_600_000), ("--faces", "30k", "--memory", "256MiB"))
-    big_fine = Case("1.6M fine", scans.synth(1_600_000), ("--faces", "200k"))
+    big = Case("1.6M", scans.synth(1_600_000), ("--faces", "30k", "--memory", "256MiB"), often=False)
+    big_fine = Case("1.6M fine", scans.synth(1_600_000), ("--faces", "200k"), often=False)
 
     def largest():
-        return Case(f"{options.large / 1e6:.1f}M", scans.synth(options.large), ("--faces", "200k"))
+        return Case(f"{options.large / 1e6:.1f}M", scans.synth(options.large), ("--faces", "200k"),
+                    often=False)
 
     agree = [Case(Path(n).stem, scans.sample(n)) for n in
              ("koala.obj", "nefertiti.obj", "gargoyle.obj", "bun_zipper.ply", "plane_holes.obj")]
