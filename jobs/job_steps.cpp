@@ -112,7 +112,8 @@ void JobSteps::end(std::string_view name, std::string result) {
     e.cost = clock_->lap();
   }
   next_ = log_.size();
-  if (stop_.stop_requested()) {
+  // With a file just written, little may be left to do.
+  if (stop_.stop_requested() && e.made.empty()) {
     save();
     throw Cancelled("Interrupted after the step \"" + std::string(name) + "\"");
   }

@@ -18,6 +18,7 @@ constexpr std::uint64_t kProcess = 40 * kMiB;
 constexpr std::uint64_t kTile = 4 * kMiB;
 constexpr std::uint64_t kBytesPerVertex = 10;
 constexpr double kBytesPerFace = 1000.0;
+constexpr std::uint64_t kPicture = 120 * kMiB;
 constexpr int kLeastInFlight = 2;
 
 }  // namespace
@@ -31,25 +32,40 @@ std::uint64_t output_bytes(double faces) {
   return static_cast<std::uint64_t>(std::min(kBytesPerFace * std::max(faces, 0.0), 1e18));
 }
 
-MemoryNeed memory_need(std::uint64_t vertices, double faces, std::uint64_t budget, int threads) {
+MemoryNeed memory_need(const MemoryWish& wish, std::uint64_t budget) {
   return {.process = kProcess,
-          .tiles = static_cast<std::uint64_t>(tiles_in_flight(budget, threads)) * kTile,
-          .scan = kBytesPerVertex * vertices,
-          .output = output_bytes(faces)};
+          .tiles = static_cast<std::uint64_t>(tiles_in_flight(budget, wish.threads)) * kTile,
+          .scan = kBytesPerVertex * wish.vertices,
+          .output = output_bytes(wish.faces),
+          .picture = wish.picture ? kPicture : 0};
 }
 
-void check_memory(const MemoryNeed& need, std::uint64_t budget, const std::string& scan,
-                  double faces) {
-  if (need.total() <= budget) {
+std::uint64_t least_budget(const MemoryWish& wish) {
+  // More memory lets more tiles be at work, which need more: a few rounds settle it.
+  std::uint64_t budget = 0;
+  for (;;) {
+    const std::uint64_t need = memory_need(wish, budget).total();
+    if (need <= budget) {
+      return budget;
+    }
+    budget = (need + kMiB - 1) / kMiB * kMiB;
+  }
+}
+
+void check_memory(const MemoryWish& wish, std::uint64_t budget, const std::string& scan) {
+  const std::uint64_t least = least_budget(wish);
+  if (least <= budget) {
     return;
   }
-  const std::uint64_t whole = (need.total() + kMiB - 1) / kMiB;
+  const MemoryNeed need = memory_need(wish, least);
   throw ResourceError(fmt::format(
       "{}: a memory budget of {} is too small. At least {} are needed: {} for the program, {} for "
-      "tiles at work, {} for the scan's tables and {} for a remesh of {:.0f} faces. Allow "
+      "tiles at work, {} for the scan's tables{} and {} for a remesh of {:.0f} faces. Allow "
       "--memory {}MiB{}.",
-      scan, format_bytes(budget), format_bytes(need.total()), format_bytes(need.process),
-      format_bytes(need.tiles), format_bytes(need.scan), format_bytes(need.output), faces, whole,
+      scan, format_bytes(budget), format_bytes(least), format_bytes(need.process),
+      format_bytes(need.tiles), format_bytes(need.scan),
+      wish.picture ? fmt::format(", {} for the preview", format_bytes(need.picture)) : "",
+      format_bytes(need.output), wish.faces, least / kMiB,
       need.output > need.total() / 2 ? ", or ask for fewer faces" : ""));
 }
 

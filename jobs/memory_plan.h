@@ -15,21 +15,34 @@ struct MemoryNeed {
   std::uint64_t tiles = 0;    ///< tiles in flight
   std::uint64_t scan = 0;     ///< tables of tiles, values on the rims of tiles
   std::uint64_t output = 0;   ///< the arrangement, the remesh, the encoder
+  std::uint64_t picture = 0;  ///< samples of the preview
 
-  std::uint64_t total() const { return process + tiles + scan + output; }
+  std::uint64_t total() const { return process + tiles + scan + output + picture; }
 };
 
 /// Tiles that may be in flight at once: two a thread and two more, within a quarter of the budget.
 int tiles_in_flight(std::uint64_t budget, int threads);
 
-/// `vertices` of the scan, `faces` of the largest remesh; 0 for what isn't known yet.
-MemoryNeed memory_need(std::uint64_t vertices, double faces, std::uint64_t budget, int threads);
+/// What is asked of a run, as far as it counts here; 0 for what isn't known yet.
+struct MemoryWish {
+  std::uint64_t vertices = 0;  ///< of the scan
+  double faces = 0.0;          ///< of the largest remesh
+  int threads = 1;
+  bool picture = false;  ///< a preview
+};
+
+MemoryNeed memory_need(const MemoryWish& wish, std::uint64_t budget);
 
 /// Of MemoryNeed::output: what is to be free when lines become a mesh of so many faces.
 std::uint64_t output_bytes(double faces);
 
+/// The smallest budget with which a run can be made; in whole MiB.
+std::uint64_t least_budget(const MemoryWish& wish);
+
 /// Throws ResourceError that says how much is needed and for what.
-void check_memory(const MemoryNeed& need, std::uint64_t budget, const std::string& scan,
-                  double faces);
+void check_memory(const MemoryWish& wish, std::uint64_t budget, const std::string& scan);
+
+/// Bytes of a ray tracer's index of one triangle.
+inline constexpr std::uint64_t kPictureBytesPerTriangle = 250;
 
 }  // namespace rattan

@@ -122,9 +122,8 @@ class RemeshJob {
   const std::vector<std::string>& warnings() const { return report_.warnings; }
 
   RemeshReport run() {
-    check_memory(memory_need(0, asked_faces(), memory_, threads_), memory_, options_.scan,
-                 asked_faces());
-    process_memory_ = budget_.reserve(memory_need(0, 0.0, memory_, threads_).total(),
+    check_memory(memory_wish(0, asked_faces()), memory_, options_.scan);
+    process_memory_ = budget_.reserve(memory_need({.threads = threads_}, memory_).total(),
                                       "the program and tiles at work");
     clock_.run("ingest", [&] { ingest(); });
     report_.outputs.resize(names_.size());
@@ -133,8 +132,7 @@ class RemeshJob {
       faces.push_back(target_size(options_.size_kind, size, job_.mesh).faces);
     }
     const double most = *std::max_element(faces.begin(), faces.end());
-    check_memory(memory_need(job_.mesh.topology.vertices, most, memory_, threads_), memory_,
-                 options_.scan, most);
+    check_memory(memory_wish(job_.mesh.topology.vertices, most), memory_, options_.scan);
     for (const PlannedSize& planned : plan_sizes(faces, options_.density)) {
       make_size(planned);
     }
@@ -147,6 +145,13 @@ class RemeshJob {
   }
 
  private:
+  MemoryWish memory_wish(std::uint64_t vertices, double faces) const {
+    return {.vertices = vertices,
+            .faces = faces,
+            .threads = threads_,
+            .picture = !options_.preview.empty()};
+  }
+
   /// What is asked for in faces; 0 if the scan decides.
   double asked_faces() const {
     return options_.size_kind == SizeKind::kFaces
@@ -356,12 +361,21 @@ class RemeshJob {
     steps_.depend_on("");
     steps_.next_makes(previews_[current_]);
     steps_.run("preview", [&] {
+      finisher_.release();
+      const PromptReturn prompt(budget_.tight());
+      const Reservation pixels =
+          budget_.reserve(memory_need(memory_wish(0, 0.0), memory_).picture, "the preview");
+      RenderOptions picture;
+      picture.resident_triangles =
+          std::min(picture.resident_triangles, budget_.available() / 4 / kPictureBytesPerTriangle);
+      const Reservation kept = budget_.reserve(
+          picture.resident_triangles * kPictureBytesPerTriangle, "the preview's surface");
       write_preview({.store = store_,
                      .scan = job_.mesh,
                      .remesh = &job_.remesh.get(),
                      .omega = maker_.omega(),
                      .density = maker_.density()},
-                    previews_[current_]);
+                    previews_[current_], picture);
     });
   }
 

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "jobs/remesh_job.h"
+#include "jobs/remesh_plan.h"
 #include "jobs/size_list.h"
 #include "tools/rattan/commands.h"
 #include "tools/rattan/console.h"
@@ -25,6 +26,7 @@ struct Arguments {
   std::string crease = "35";
   bool quiet = false;
   bool verbose = false;
+  bool dry_run = false;
 };
 
 void add_size_options(CLI::App& command, Arguments& args) {
@@ -92,7 +94,8 @@ void add_run_options(CLI::App& command, Arguments& args) {
       ->check(CLI::Range(0, 30))
       ->capture_default_str();
   command
-      .add_option("--memory", o.memory, "budget of the caches, e.g. 2GiB; default from the machine")
+      .add_option("--memory", o.memory,
+                  "most memory that the process may fill, e.g. 2GiB; default from the machine")
       ->transform(CLI::AsSizeValue(false));
   command.add_option("--threads", o.threads, "0 for all processors")
       ->check(CLI::Range(0, 4096))
@@ -100,6 +103,8 @@ void add_run_options(CLI::App& command, Arguments& args) {
   command.add_option("--work-dir", o.work_dir, "folder of intermediate data; default OUT.work");
   command.add_flag("--fresh", o.fresh, "start anew, whatever an earlier run left in that folder");
   command.add_flag("--keep-work", o.keep_work, "leave the intermediate data for inspection");
+  command.add_flag("--dry-run", args.dry_run,
+                   "read the scan, print what the run would take, and stop");
   command.add_option("--report", o.report, "write a JSON report");
   command.add_option("--preview", o.preview, "write a PNG: scan, field, iso-lines, remesh");
   auto* quiet = command.add_flag("--quiet", args.quiet, "only warnings and errors");
@@ -125,6 +130,12 @@ int run(Arguments& args) {
   const Verbosity verbosity = args.quiet     ? Verbosity::kQuiet
                               : args.verbose ? Verbosity::kVerbose
                                              : Verbosity::kNormal;
+  if (args.dry_run) {
+    Console console(verbosity);
+    const RemeshPlan plan = plan_remesh(o, console);
+    fmt::print("{}", describe(plan));
+    return plan.fits() ? 0 : 4;
+  }
   if (const char* seconds = std::getenv("RATTAN_CHECKPOINT_SECONDS")) {
     o.checkpoint_seconds = std::strtod(seconds, nullptr);
   }

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/core/errors.h"
+#include "engine/core/resident_memory.h"
 
 namespace rattan {
 namespace {
@@ -48,6 +49,38 @@ TEST(MemoryBudget, SaysWhatWouldDo) {
   }
   EXPECT_EQ(format_bytes(17), "17 bytes");
   EXPECT_EQ(format_bytes(1536), "1.5 KiB");
+}
+
+TEST(MemoryBudget, LeavesTheCacheTheRest) {
+  const std::uint64_t resident = resident_bytes();
+  ASSERT_GT(resident, 0U);
+  constexpr std::uint64_t kGiB = std::uint64_t{1} << 30;
+  MemoryBudget budget(resident + kGiB);
+  const std::uint64_t share = budget.cache_share(0);
+  EXPECT_LT(share, kGiB);
+  EXPECT_GT(share, kGiB / 2);
+  // What the cache holds itself isn't taken from it; other memory is, entered or not.
+  EXPECT_GT(budget.cache_share(resident / 2), share);
+  std::vector<char> other(kGiB / 4, 'x');
+  EXPECT_LT(budget.cache_share(0), share - kGiB / 5);
+  other = {};
+  const Reservation entered = budget.reserve(kGiB / 2 + resident, "something");
+  EXPECT_LT(budget.cache_share(0), kGiB / 2);
+}
+
+TEST(MemoryBudget, HasTheCacheGiveWay) {
+  MemoryBudget budget(1000);
+  int calls = 0;
+  budget.set_cache([&] { ++calls; });
+  Reservation a = budget.reserve(10, "a");
+  EXPECT_EQ(calls, 1);
+  a.resize(5);
+  EXPECT_EQ(calls, 1);
+  a.resize(20);
+  EXPECT_EQ(calls, 2);
+  budget.set_cache({});
+  a.resize(30);
+  EXPECT_EQ(calls, 2);
 }
 
 TEST(MemoryBudget, IsThreadSafe) {

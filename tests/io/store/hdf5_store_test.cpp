@@ -6,6 +6,8 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <memory>
 #include <random>
 #include <string>
 #include <sys/resource.h>
@@ -63,9 +65,9 @@ TEST_F(Hdf5StoreTest, ALargeCacheNeverTouchesTheDisk) {
     for (std::uint32_t t = 0; t < 10; ++t) {
       store.write_chunk("a/x", TileId(t), chunk(t, 1000));
     }
-    store.complete_stage("a");
+    store.checkpoint();
     expect_chunk(store, "a/x", 3, 3, 1000);
-    EXPECT_TRUE(store.is_complete("a"));
+    EXPECT_FALSE(store.has_checkpoint());
     EXPECT_EQ(store.cached_bytes(), 10000U);
     EXPECT_EQ(store.bytes_written(), 0U);
   }
@@ -98,7 +100,8 @@ TEST_F(Hdf5StoreTest, ATinyCacheGivesTheSameData) {
     }
     EXPECT_GT(store.bytes_read(), 0U);
     EXPECT_GT(store.bytes_written(), 0U);
-    EXPECT_TRUE(fs::exists(file("a.h5.partial")));
+    EXPECT_TRUE(fs::exists(file("a.1.h5.partial")));
+    EXPECT_GT(store.peak_disk_bytes(), 10000U);
   }
   EXPECT_FALSE(fs::exists(base_ / "work"));
 }
@@ -152,31 +155,39 @@ TEST_F(Hdf5StoreTest, ReadersShareOneField) {
   EXPECT_EQ(wrong, 0);
 }
 
-TEST_F(Hdf5StoreTest, KeptStagesComeBack) {
+TEST_F(Hdf5StoreTest, ACheckpointComesBack) {
   for (const std::uint64_t cache : {std::uint64_t{1000}, std::uint64_t{1} << 20}) {
+    std::vector<Hdf5Store::FieldState> fields;
     {
       Hdf5Store store(options(cache, true));
       for (std::uint32_t t = 0; t < 20; ++t) {
         store.write_chunk("mesh/x", TileId(t), chunk(t, 300 + t));
         store.write_chunk("mesh/deep/y", TileId(t), chunk(100 + t, t % 3));
-        store.write_chunk("later/z", TileId(t), chunk(200 + t, 300));
+        store.write_chunk("gone/z", TileId(t), chunk(200 + t, 300));
       }
+      store.erase("gone/z");
       store.write_chunk("mesh/x", kBoardTile, chunk(77, 40));
-      store.set_attribute("mesh", "options", "{\"tile_size\": 8192}");
-      store.complete_stage("mesh");
-      EXPECT_TRUE(fs::exists(file("mesh.h5")));
-      EXPECT_FALSE(fs::exists(file("mesh.h5.partial")));
+      store.set_note("options", "{}");
+      fields = store.fields();
+      EXPECT_EQ(store.unsaved_bytes() == 20 * 300U + 190 + 20 - 1 + 40, cache > 1000);
+      store.checkpoint();
+      EXPECT_EQ(store.unsaved_bytes(), 0U);
+      store.settle();
+      EXPECT_TRUE(store.has_checkpoint());
+      EXPECT_TRUE(fs::exists(file("mesh.1.h5")));
+      EXPECT_FALSE(fs::exists(file("gone.1.h5")));
       expect_chunk(store, "mesh/x", 5, 5, 305);
+      store.write_chunk("mesh/x", TileId(5), chunk(55, 305));  // not in the checkpoint
+      store.write_chunk("later/x", TileId(0), chunk(0, 3000));
+      store.erase("mesh/deep/y");
     }
-    EXPECT_FALSE(fs::exists(file("later.h5")));
-    EXPECT_FALSE(fs::exists(file("later.h5.partial")));
+    EXPECT_FALSE(fs::exists(file("mesh.2.h5.partial")));
     {
       Hdf5Store store(options(cache, true));
-      EXPECT_TRUE(store.is_complete("mesh"));
-      EXPECT_FALSE(store.is_complete("later"));
-      EXPECT_FALSE(store.has_chunk("later/z", TileId(0)));
-      EXPECT_EQ(store.attribute("mesh", "options"), "{\"tile_size\": 8192}");
-      EXPECT_EQ(store.attribute("mesh", "nothing"), std::nullopt);
+      EXPECT_EQ(store.fields(), fields);
+      EXPECT_FALSE(store.has_chunk("later/x", TileId(0)));
+      EXPECT_EQ(store.note("options"), "{}");
+      EXPECT_EQ(store.note("nothing"), std::nullopt);
       for (std::uint32_t t = 0; t < 20; ++t) {
         expect_chunk(store, "mesh/x", t, t, 300 + t);
         expect_chunk(store, "mesh/deep/y", t, 100 + t, t % 3);
@@ -185,7 +196,6 @@ TEST_F(Hdf5StoreTest, KeptStagesComeBack) {
       const auto stages = store.list();
       ASSERT_EQ(stages.size(), 1U);
       EXPECT_EQ(stages[0].name, "mesh");
-      EXPECT_TRUE(stages[0].complete);
       EXPECT_GT(stages[0].file_bytes, 6000U);
       ASSERT_EQ(stages[0].fields.size(), 2U);
       EXPECT_EQ(stages[0].fields[0].name, "mesh/deep/y");
@@ -196,46 +206,95 @@ TEST_F(Hdf5StoreTest, KeptStagesComeBack) {
   }
 }
 
-TEST_F(Hdf5StoreTest, ACompleteStageCanBeWrittenAgain) {
-  {
-    Hdf5Store store(options(1 << 20, true));
-    store.write_chunk("a/x", TileId(0), chunk(1, 100));
-    store.write_chunk("a/x", TileId(1), chunk(2, 100));
-    store.complete_stage("a");
+// Whatever is written, replaced and erased, with checkpoints in between: after each of them, and
+// after the process ended anywhere behind it, the store is what it was then.
+TEST_F(Hdf5StoreTest, EveryCheckpointIsTheStoreOfThatTime) {
+  std::mt19937 random(7);
+  using Content = std::map<std::pair<std::string, std::uint32_t>, std::pair<std::uint32_t, int>>;
+  Content now;
+  Content saved;
+  auto store = std::make_unique<Hdf5Store>(options(3000, true));
+  for (std::uint32_t round = 1; round < 500; ++round) {
+    const std::string field =
+        std::string(random() % 2 == 0 ? "a/x" : "b/x") + static_cast<char>('0' + random() % 3);
+    const std::uint32_t dice = random() % 100;
+    if (dice < 80) {
+      const std::uint32_t tile = random() % 8;
+      const int size = static_cast<int>(random() % 900);
+      store->write_chunk(field, TileId(tile), chunk(round, static_cast<std::size_t>(size)));
+      now[{field, tile}] = {round, size};
+    } else if (dice < 85) {
+      store->erase(field);
+      std::erase_if(now, [&](const auto& entry) { return entry.first.first == field; });
+    } else if (dice < 93) {
+      store->checkpoint();
+      saved = now;
+    } else {
+      store.reset();  // what is not in the checkpoint is lost
+      store = std::make_unique<Hdf5Store>(options(3000, true));
+      now = saved;
+    }
+    if (round % 20 == 0 || dice >= 93) {
+      for (const auto& [key, value] : now) {
+        expect_chunk(*store, key.first, key.second, value.first,
+                     static_cast<std::size_t>(value.second));
+      }
+      for (std::uint32_t t = 0; t < 8; ++t) {
+        EXPECT_EQ(store->has_chunk("a/x1", TileId(t)), now.contains({"a/x1", t}));
+      }
+    }
   }
-  {
-    Hdf5Store store(options(1 << 20, true));
-    store.write_chunk("a/x", TileId(1), chunk(3, 200));
-    store.write_chunk("a/new", TileId(0), chunk(4, 10));
-    EXPECT_FALSE(store.is_complete("a"));
-    store.set_attribute("a", "k", "v");
-    store.complete_stage("a");
-  }
+  store->set_keep(false);
+  store.reset();
+  EXPECT_FALSE(fs::exists(base_ / "work"));
+}
+
+TEST_F(Hdf5StoreTest, FilesThatNothingNeedsGo) {
   Hdf5Store store(options(1 << 20, true));
-  expect_chunk(store, "a/x", 0, 1, 100);
-  expect_chunk(store, "a/x", 1, 3, 200);
-  expect_chunk(store, "a/new", 0, 4, 10);
-  EXPECT_EQ(store.attribute("a", "k"), "v");
-  store.discard_stage("a");
-  EXPECT_FALSE(store.is_complete("a"));
-  EXPECT_FALSE(store.has_chunk("a/x", TileId(0)));
-  EXPECT_FALSE(fs::exists(file("a.h5")));
+  for (int round = 0; round < 5; ++round) {
+    store.write_chunk("a/x", TileId(0), chunk(1, 50000));
+    store.checkpoint();
+  }
+  store.settle();
+  int files = 0;
+  for ([[maybe_unused]] const auto& entry : fs::directory_iterator(base_ / "work")) {
+    ++files;
+  }
+  EXPECT_EQ(files, 2);  // the data and the record
+  EXPECT_LE(store.peak_disk_bytes(), 4 * 50000U);
 }
 
 TEST_F(Hdf5StoreTest, WorkThatSucceededNeedNotStay) {
   {
     Hdf5Store store(options(100, true));
     store.write_chunk("a/x", TileId(0), chunk(1, 1000));
-    store.complete_stage("a");
-    EXPECT_TRUE(fs::exists(file("a.h5")));
+    store.checkpoint();
+    store.settle();
+    EXPECT_TRUE(fs::exists(file("a.1.h5")));
     store.set_keep(false);
   }
   EXPECT_FALSE(fs::exists(base_ / "work"));
 }
 
+TEST_F(Hdf5StoreTest, AFreshStartForgets) {
+  {
+    Hdf5Store store(options(100, true));
+    store.write_chunk("a/x", TileId(0), chunk(1, 1000));
+    store.checkpoint();
+  }
+  Hdf5StoreOptions anew = options(100, true);
+  anew.fresh = true;
+  const Hdf5Store store(anew);
+  EXPECT_FALSE(store.has_chunk("a/x", TileId(0)));
+  EXPECT_FALSE(store.has_checkpoint());
+  EXPECT_FALSE(fs::exists(file("a.1.h5")));
+  EXPECT_FALSE(fs::exists(file("checkpoint")));
+}
+
 TEST_F(Hdf5StoreTest, LeftoversOfAKilledRunGoAndLookingChangesNothing) {
   fs::create_directories(base_ / "work");
-  std::ofstream(file("a.h5.partial")) << "half a file";
+  std::ofstream(file("a.1.h5.partial")) << "half a file";
+  std::ofstream(file("b.3.h5")) << "of a checkpoint that never stood";
   std::ofstream(file("notes.txt")) << "mine";
   {
     Hdf5StoreOptions look = options(100, true);
@@ -243,9 +302,10 @@ TEST_F(Hdf5StoreTest, LeftoversOfAKilledRunGoAndLookingChangesNothing) {
     const Hdf5Store store(look);
     EXPECT_TRUE(store.list().empty());
   }
-  EXPECT_TRUE(fs::exists(file("a.h5.partial")));
+  EXPECT_TRUE(fs::exists(file("a.1.h5.partial")));
   { const Hdf5Store store(options(100, false)); }
-  EXPECT_FALSE(fs::exists(file("a.h5.partial")));
+  EXPECT_FALSE(fs::exists(file("a.1.h5.partial")));
+  EXPECT_FALSE(fs::exists(file("b.3.h5")));
   EXPECT_TRUE(fs::exists(file("notes.txt")));
 }
 
@@ -259,78 +319,47 @@ TEST_F(Hdf5StoreTest, EqualWorkGivesEqualFiles) {
         store.write_chunk("a/x", TileId(t), chunk(t, 400));
         store.write_chunk("a/y", TileId(t), chunk(t, 30));
       }
-      store.complete_stage("a");
+      store.checkpoint();
     }
-    std::ifstream in(file("a.h5"), std::ios::binary);
+    std::ifstream in(file("a.1.h5"), std::ios::binary);
     files.emplace_back(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
+    EXPECT_GT(files.back().size(), 8000U);
     fs::remove_all(base_ / "work");
   }
   EXPECT_EQ(files[0], files[1]);
 }
 
-TEST_F(Hdf5StoreTest, DamageIsNoticedAndNamed) {
-  constexpr std::uint32_t kChunks = 6;
-  constexpr std::size_t kBytes = 700;
-  {
+// Damage in every byte: store_damage_test.cpp.
+TEST_F(Hdf5StoreTest, WhatADamagedFileHeldIsGone) {
+  const auto make = [&] {
+    fs::remove_all(base_ / "work");
     Hdf5Store store(options(1 << 20, true));
-    for (std::uint32_t t = 0; t < kChunks; ++t) {
-      store.write_chunk("a/x", TileId(t), chunk(t, kBytes));
-    }
-    store.set_attribute("a", "k", "value");
-    store.complete_stage("a");
-  }
-  const auto size = static_cast<std::int64_t>(fs::file_size(file("a.h5")));
-  int noticed = 0;
-  const auto try_with_byte = [&](std::int64_t at) {
-    std::fstream f(file("a.h5"), std::ios::binary | std::ios::in | std::ios::out);
-    f.seekg(at);
-    const char old = static_cast<char>(f.get());
-    const auto put = [&](char c) {
-      f.seekp(at);
-      f.put(c);
-      f.flush();
-    };
-    put(static_cast<char>(old ^ 0x10));
-    try {
-      Hdf5Store store(options(1 << 20, true));
-      if (store.has_chunk("a/x", TileId(0))) {
-        for (std::uint32_t t = 0; t < kChunks; ++t) {
-          expect_chunk(store, "a/x", t, t, kBytes);  // damage where nothing is stored is none
-        }
-      }
-    } catch (const InputError& e) {
-      EXPECT_NE(std::string(e.what()).find("a.h5"), std::string::npos);
-      ++noticed;
-    }
-    put(old);
+    store.write_chunk("a/x", TileId(0), chunk(0, 700));
+    store.write_chunk("b/x", TileId(0), chunk(1, 700));
+    store.checkpoint();
   };
-  for (std::int64_t at = 0; at < size; at += at < 4096 ? 13 : 4001) {
-    try_with_byte(at);
-  }
-  // Every byte of the data counts: find where a chunk lies.
-  std::ifstream in(file("a.h5"), std::ios::binary);
-  const std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  const ChunkBytes third = chunk(3, kBytes);
-  const auto where =
-      bytes.find(std::string(reinterpret_cast<const char*>(third->data()), third->size()));
-  ASSERT_NE(where, std::string::npos);
-  noticed = 0;
-  for (std::size_t k = 0; k < kBytes; k += 9) {
-    try_with_byte(static_cast<std::int64_t>(where + k));
-  }
-  EXPECT_EQ(noticed, static_cast<int>((kBytes + 8) / 9));
-  // A file cut short.
-  fs::resize_file(file("a.h5"), static_cast<std::uintmax_t>(size / 2));
-  EXPECT_THROW(
-      {
-        Hdf5Store store(options(1 << 20, true));
-        for (std::uint32_t t = 0; t < kChunks; ++t) {
-          store.read_chunk("a/x", TileId(t));
-        }
-      },
-      InputError);
-  std::ofstream(file("a.h5")) << "no HDF5";
-  EXPECT_THROW(Hdf5Store(options(100, true)), InputError);
+  const auto check = [&](const char* damaged, bool a_left, bool b_left) {
+    Hdf5StoreOptions look = options(100, true);
+    look.read_only = true;
+    EXPECT_THROW(Hdf5Store{look}, DamagedFile) << damaged;
+    const Hdf5Store store(options(1 << 20, true));
+    ASSERT_EQ(store.damage().size(), 1U) << damaged;
+    EXPECT_NE(store.damage()[0].find(damaged), std::string::npos);
+    EXPECT_EQ(store.has_chunk("a/x", TileId(0)), a_left);
+    EXPECT_EQ(store.has_chunk("b/x", TileId(0)), b_left);
+  };
+  make();
+  std::ofstream(file("a.1.h5")) << "no HDF5";
+  check("a.1.h5", false, true);
+  make();
+  fs::remove(file("b.1.h5"));
+  check("b.1.h5", true, false);
+  make();
+  fs::copy_file(file("a.1.h5"), file("b.1.h5"), fs::copy_options::overwrite_existing);
+  check("b.1.h5", true, false);
+  make();
+  fs::resize_file(file("checkpoint"), fs::file_size(file("checkpoint")) - 1);
+  check("checkpoint", false, false);
 }
 
 TEST_F(Hdf5StoreTest, AFullDiskIsAResourceError) {
@@ -347,13 +376,42 @@ TEST_F(Hdf5StoreTest, AFullDiskIsAResourceError) {
       }
     } catch (const ResourceError& e) {
       const std::string text = e.what();
-      const bool names_both = text.find("a.h5.partial") != std::string::npos &&
-                              text.find("disk is full") != std::string::npos;
+      const bool names_both = text.find("a.1.h5.partial") != std::string::npos &&
+                              text.find("disk is full") != std::string::npos &&
+                              text.find("are needed") != std::string::npos;
       code = names_both ? 42 : 2;
     }
     std::_Exit(code);
   };
   EXPECT_EXIT(fill_disk(), ::testing::ExitedWithCode(42), "");
+}
+
+TEST_F(Hdf5StoreTest, ACheckpointThatFailsLeavesTheOneBefore) {
+  const auto fill_disk = [this] {
+    std::signal(SIGXFSZ, SIG_IGN);
+    int code = 1;
+    try {
+      Hdf5Store store(options(1 << 24, true));
+      store.write_chunk("a/x", TileId(0), chunk(1, 9000));
+      store.checkpoint();
+      store.settle();
+      rlimit small{};
+      small.rlim_cur = small.rlim_max = 400000;
+      ::setrlimit(RLIMIT_FSIZE, &small);
+      store.write_chunk("a/x", TileId(0), chunk(2, 9000));
+      store.write_chunk("a/y", TileId(0), chunk(3, 900000));
+      store.checkpoint();
+      store.settle();
+    } catch (const ResourceError&) {
+      code = 42;
+    }
+    std::_Exit(code);
+  };
+  EXPECT_EXIT(fill_disk(), ::testing::ExitedWithCode(42), "");
+  Hdf5Store store(options(1 << 20, true));
+  expect_chunk(store, "a/x", 0, 1, 9000);
+  EXPECT_FALSE(store.has_chunk("a/y", TileId(0)));
+  EXPECT_TRUE(store.damage().empty());
 }
 
 TEST_F(Hdf5StoreTest, AnUnusableDirectoryIsAResourceError) {

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+#include "jobs/remesh_plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include <fmt/format.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include "engine/core/memory_budget.h"
+#include "io/scan/scan_reader.h"
+#include "jobs/memory_plan.h"
+#include "jobs/memory_share.h"
+#include "jobs/output_names.h"
+
+namespace rattan {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// Measured on synthetic scans of 1.6 to 25.6 million triangles, see README.md.
+constexpr std::uint64_t kLiveBytesPerVertex = 470;
+constexpr std::uint64_t kDiskBytesPerVertex = 600;
+constexpr int kPasses = 60;
+constexpr double kSecondsPerTriangle = 5e-6;
+constexpr double kSecondsPerFace = 20e-6;
+constexpr double kParallelShare = 0.93;
+constexpr double kDiskBytesPerSecond = 4e8;
+/// Work that goes to disk and back, in multiples of what doesn't fit into memory.
+constexpr double kTimesToDisk = 3.0;
+
+class CountingSink final : public ScanSink {
+ public:
+  void add_vertices(std::span<const Vec3d> positions) override { vertices += positions.size(); }
+  void add_colours(std::span<const Rgba>) override {}
+  void add_triangles(std::span<const std::array<std::uint64_t, 3>> t) override {
+    triangles += t.size();
+  }
+  std::uint64_t vertices = 0;
+  std::uint64_t triangles = 0;
+};
+
+double asked_faces(const RemeshOptions& options, std::uint64_t triangles) {
+  const double most = *std::max_element(options.sizes.begin(), options.sizes.end());
+  switch (options.size_kind) {
+    case SizeKind::kFaces:
+      return most;
+    case SizeKind::kRatio:
+      return most * static_cast<double>(triangles);
+    case SizeKind::kEdgeLength:
+      break;
+  }
+  return 0.0;
+}
+
+std::uint64_t free_space(fs::path directory) {
+  directory = fs::absolute(directory);
+  std::error_code error;
+  while (!fs::exists(directory, error) && directory.has_relative_path()) {
+    directory = directory.parent_path();
+  }
+  const fs::space_info space = fs::space(directory, error);
+  return error ? 0 : space.available;
+}
+
+}  // namespace
+
+RemeshPlan plan_remesh(const RemeshOptions& given, ProgressSink& progress) {
+  const RemeshOptions options = given.resolved();
+  RemeshPlan plan;
+  plan.scan = options.scan;
+  plan.budget = options.memory > 0 ? options.memory : default_memory_share();
+  plan.threads =
+      options.threads > 0 ? options.threads : oneapi::tbb::this_task_arena::max_concurrency();
+  progress.progress("reading", 0, 1);
+  CountingSink counted;
+  ScanFileInfo info;
+  read_scan(options.scan, counted, &info, {.memory_bytes = plan.budget / 2});
+  plan.format = info.format;
+  plan.file_bytes = info.bytes;
+  plan.triangles = counted.triangles;
+  const bool soup = 2 * counted.vertices >= 3 * counted.triangles;
+  plan.vertices = soup ? (counted.triangles + 1) / 2 : counted.vertices;
+
+  plan.faces = asked_faces(options, plan.triangles);
+  plan.tiles = (plan.vertices + options.tile_size - 1) / options.tile_size;
+  plan.least_budget = least_budget({.vertices = plan.vertices,
+                                    .faces = plan.faces,
+                                    .threads = plan.threads,
+                                    .picture = !options.preview.empty()});
+  plan.whole_scan = plan.least_budget + kLiveBytesPerVertex * plan.vertices;
+  plan.work_directory =
+      options.work_dir.empty() ? output_names(options)[0] + ".work" : options.work_dir;
+  plan.disk = kDiskBytesPerVertex * plan.vertices;
+  plan.disk_free = free_space(plan.work_directory);
+  plan.passes = kPasses * static_cast<int>(options.sizes.size());
+  const double sizes = static_cast<double>(options.sizes.size());
+  const double work = kSecondsPerTriangle * static_cast<double>(plan.triangles) * sizes +
+                      kSecondsPerFace * plan.faces;
+  const double outside = static_cast<double>(plan.whole_scan) - static_cast<double>(plan.budget);
+  plan.seconds = work * (1.0 - kParallelShare + kParallelShare / plan.threads) +
+                 kTimesToDisk * std::max(outside, 0.0) / kDiskBytesPerSecond;
+  return plan;
+}
+
+std::string describe(const RemeshPlan& p) {
+  std::string text = fmt::format("scan      {}: {}, {}, {} vertices, {} triangles\n", p.scan,
+                                 p.format, format_bytes(p.file_bytes), p.vertices, p.triangles);
+  text += p.faces > 0.0 ? fmt::format("remesh    {:.0f} faces\n", p.faces)
+                        : "remesh    as many faces as the area takes\n";
+  text += fmt::format("tiles     {}\n", p.tiles);
+  text +=
+      fmt::format("memory    at least {}, granted {}; {} would keep everything in memory{}\n",
+                  format_bytes(p.least_budget), format_bytes(p.budget), format_bytes(p.whole_scan),
+                  p.least_budget <= p.budget ? "" : " -- TOO LITTLE");
+  text += fmt::format("disk      up to {} in {}{}{}\n", format_bytes(p.disk), p.work_directory,
+                      p.disk_free > 0 ? fmt::format(", {} free", format_bytes(p.disk_free)) : "",
+                      p.disk_free > 0 && p.disk > p.disk_free ? " -- TOO LITTLE" : "");
+  text += fmt::format("passes    about {} over the scan\n", p.passes);
+  text += fmt::format("time      about {} with {} thread{}\n",
+                      p.seconds < 90.0 ? fmt::format("{:.0f} s", std::ceil(p.seconds))
+                                       : fmt::format("{:.0f} min", p.seconds / 60.0),
+                      p.threads, p.threads == 1 ? "" : "s");
+  return text;
+}
+
+}  // namespace rattan
