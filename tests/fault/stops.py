@@ -3,6 +3,7 @@
 
 import signal
 import time
+from pathlib import Path
 
 from checks import expect_done, expect_interrupted, remove
 from program import DONE, outputs, resumed_stages, work_folder
@@ -41,6 +42,15 @@ def stage_at(reference, share):
     return next((name for name, start, end in reversed(timeline(reference)) if share >= start), "start")
 
 
+def await_handler(running, number):
+    """Before its first lines of code a program can't do anything about a signal."""
+    while running.wait(0.005) is None:
+        caught = next((line for line in Path(f"/proc/{running.pid}/status").read_text().splitlines()
+                       if line.startswith("SigCgt:")), "SigCgt: 0")
+        if int(caught.split()[1], 16) >> (number - 1) & 1:
+            return
+
+
 def stop_and_resume(bench, tally, case, share, number):
     """Returns whether the run was caught."""
     reference = bench.reference(case)
@@ -48,8 +58,8 @@ def stop_and_resume(bench, tally, case, share, number):
     where = (f"{case.name} in {folder.name}, {number.name} at {share * reference.seconds:.1f} s "
              f"({stage_at(reference, share)})")
     running = bench.start(case, folder)
-    # A handler is there from the start of main, not from the start of the process.
-    ended = running.wait(max(0.1, share * reference.seconds))
+    await_handler(running, number)
+    ended = running.wait(share * reference.seconds - (time.monotonic() - running.start))
     if ended is not None:
         tally.expect(ended.code == DONE, f"{where}: {ended}")
         remove(folder)
