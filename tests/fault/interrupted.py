@@ -39,9 +39,11 @@ def snapshots(bench, case, shares):
 
 
 def store_files(folder):
-    """Of the work there, in order of their names."""
+    """Of the work there, in order of their names. Not the lock: a record that can't be read is taken for
+    another host's until its heartbeat is old."""
     work = work_folder(folder)
-    return sorted(p for p in work.rglob("*") if p.is_file() and p.stat().st_size > 0) if work else []
+    return sorted(p for p in work.rglob("*") if p.is_file() and p.stat().st_size > 0
+                  and not p.name.startswith("lock.")) if work else []
 
 
 def copy(bench, snapshot):
