@@ -12,6 +12,7 @@
 #include "engine/remesh/quality.h"
 #include "engine/remesh/refine_creases.h"
 #include "engine/remesh/refine_loops.h"
+#include "engine/remesh/untangle.h"
 #include "engine/remesh/vertex_colours.h"
 
 namespace rattan {
@@ -117,30 +118,22 @@ void QuadFinisher::divide_bad_quads() {
   job_.remesh.set(std::move(divided));
 }
 
-// A folded quad can't become two triangles here: more untangling, then other quads in its place.
-// The mesh with fewest of them is kept, as long as it has the faces that were asked for.
+// A folded quad can't become two triangles here: it is moved, or others take its place, as long as
+// the mesh has the faces that were asked for.
 void QuadFinisher::mend_quads() {
-  constexpr int kRounds = 4;
   PolygonMesh& mesh = job_.remesh.get();
-  std::uint64_t fewest = measure_quality(mesh).bad_quads;
-  PolygonMesh mended = fewest > 0 ? mesh : PolygonMesh();
-  for (int round = 0; round < kRounds && fewest > 0; ++round) {
-    OptimiseOptions options = optimise_options();
-    if (round == 0) {
-      options.steps = 0;
-      options.relocate = false;
-    } else {
-      mend_bad_quads(mended);
-    }
-    options.untangle_rounds = 12;
-    optimise(mended, job_.store, job_.mesh, projector(), options, job_.tasks);
-    const std::uint64_t left = measure_quality(mended).bad_quads;
-    if (left < fewest && (meets_target(face_count(mended), job_.target) ||
-                          !meets_target(face_count(mesh), job_.target))) {
-      fewest = left;
-      mesh = mended;
-    }
+  UntangleOptions options;
+  options.features = job_.field.features.get();
+  if (quads_not_above(mesh, options.least).empty()) {
+    return;
   }
+  if (job_.mesh.topology.boundary_loops > 0) {
+    options.boundary = &job_.boundary_curve();
+  }
+  const bool had_met = meets_target(face_count(mesh), job_.target);
+  mend_until_good(mesh, projector(), options, job_.tasks, [&](std::size_t faces) {
+    return !had_met || meets_target(static_cast<double>(faces), job_.target);
+  });
 }
 
 }  // namespace rattan

@@ -76,18 +76,12 @@ class Balancer {
   }
   bool inner(std::uint32_t v) const { return !map_.on_curve(v) && !map_.is_corner(v); }
 
-  /// Corners of the quad from origin(h) on.
-  std::array<std::uint32_t, 4> corners(std::uint32_t h) const {
-    const std::uint32_t n = map_.next(h);
-    return {map_.origin(h), map_.origin(n), map_.target(n), map_.origin(map_.prev(h))};
-  }
-
   /// Of merging origin(h) and the opposite corner.
   int collapse_gain(std::uint32_t h) const {
     if (!is_quad(h)) {
       return 0;
     }
-    const auto [a, b, c, d] = corners(h);
+    const auto [a, b, c, d] = map_.quad_corners(h);
     const std::uint32_t va = map_.valence(a), vb = map_.valence(b);
     const std::uint32_t vc = map_.valence(c), vd = map_.valence(d);
     if (vb < 4 || vd < 4 || !inner(a) || !inner(b) || !inner(c) || !inner(d)) {
@@ -98,7 +92,7 @@ class Balancer {
   }
 
   bool may_collapse(std::uint32_t h) const {
-    const auto [a, b, c, d] = corners(h);
+    const auto [a, b, c, d] = map_.quad_corners(h);
     return map_.normal(a).dot(map_.normal(c)) >= kFlat &&
            map_.normal(b).dot(map_.normal(d)) >= kFlat && collapsible(map_, h);
   }
@@ -128,8 +122,8 @@ class Balancer {
   }
 
   bool may_turn(std::uint32_t h, Kind kind) const {
-    const auto [u, v, p, q] = corners(h);
-    const auto [v2, u2, r, s] = corners(CellMap::twin(h));
+    const auto [u, v, p, q] = map_.quad_corners(h);
+    const auto [v2, u2, r, s] = map_.quad_corners(CellMap::twin(h));
     const auto ends = turned_ends(h, kind);
     return u == u2 && v == v2 && p != r && p != s && q != r && q != s &&
            !map_.adjacent(map_.origin(ends[0]), map_.origin(ends[1]));

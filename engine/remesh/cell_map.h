@@ -5,6 +5,7 @@
 // Euler operations of the remesher. Every operation keeps components, boundary loops and the Euler
 // characteristic. Boundary loops are faces too ("holes"), so walks around a vertex never stop.
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -49,6 +50,10 @@ class CellMap {
   std::uint32_t face_half(std::uint32_t f) const { return face_half_[f]; }
   std::uint32_t vertex_half(std::uint32_t v) const { return vertex_half_[v]; }
   std::uint32_t degree(std::uint32_t f) const { return degree_[f]; }
+  /// The corners of the quad of h in order, from origin(h) on.
+  std::array<std::uint32_t, 4> quad_corners(std::uint32_t h) const {
+    return {origin(h), target(h), target(next(h)), origin(prev(h))};
+  }
   /// Ends of edges at the vertex; a loop counts twice.
   std::uint32_t valence(std::uint32_t v) const { return valence_[v]; }
   bool on_boundary(std::uint32_t v) const { return (flags_[v] & kBoundaryVertex) != 0; }

@@ -24,13 +24,26 @@ double valence_cost(const CellMap& map, std::uint32_t v, int change) {
 
 /// How much better the valences are after collapsing the quad of h.
 double gain(const CellMap& map, std::uint32_t h) {
-  const std::uint32_t a = map.origin(h), b = map.target(h);
-  const std::uint32_t c = map.target(map.next(h)), d = map.origin(map.prev(h));
+  const auto [a, b, c, d] = map.quad_corners(h);
   const std::uint32_t kept = map.on_curve(c) || map.is_corner(c) ? c : a;
   const std::uint32_t other = kept == a ? c : a;
   return valence_cost(map, a, 0) + valence_cost(map, c, 0) + valence_cost(map, b, 0) +
          valence_cost(map, d, 0) - valence_cost(map, b, -1) - valence_cost(map, d, -1) -
          valence_cost(map, kept, static_cast<int>(map.valence(other)) - 2);
+}
+
+/// Whether v, on a crease but not at its corner, has no other edge on its side of the crease than
+/// one of the two that the quad of `out` (from v) has there: without that its corner would be flat.
+bool last_beside_crease(const CellMap& map, std::uint32_t out) {
+  const std::uint32_t v = map.origin(out), in = map.prev(out);
+  if (!map.on_feature(v) || map.is_corner(v) || map.is_feature(out) == map.is_feature(in)) {
+    return false;
+  }
+  // From the crease's edge over the quad's inner one to the next.
+  const bool left = map.is_feature(out);
+  const std::uint32_t inner = left ? CellMap::twin(in) : out;
+  const std::uint32_t next = left ? map.around(inner) : map.next(CellMap::twin(inner));
+  return map.is_feature(next);
 }
 
 }  // namespace
@@ -40,8 +53,7 @@ bool collapsible(const CellMap& map, std::uint32_t h) {
   if (map.degree(f) != 4 || map.is_hole(f)) {
     return false;
   }
-  const std::uint32_t a = map.origin(h), b = map.target(h);
-  const std::uint32_t c = map.target(map.next(h)), d = map.origin(map.prev(h));
+  const auto [a, b, c, d] = map.quad_corners(h);
   if ((map.on_curve(a) && map.on_curve(c)) || (map.is_corner(a) && map.is_corner(c)) ||
       (map.is_corner(a) && map.on_curve(c)) || (map.is_corner(c) && map.on_curve(a))) {
     return false;
@@ -50,6 +62,9 @@ bool collapsible(const CellMap& map, std::uint32_t h) {
     if (map.valence(v) < 4) {
       return false;
     }
+  }
+  if (last_beside_crease(map, map.next(h)) || last_beside_crease(map, map.prev(h))) {
+    return false;
   }
   if (map.valence(a) + map.valence(c) < 5) {
     return false;

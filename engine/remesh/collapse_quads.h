@@ -10,7 +10,8 @@
 namespace rattan {
 
 /// Whether the quad of half-edge h can go by merging origin(h) with the opposite corner: the map
-/// stays simple, no vertex falls to valence two (nor loses its last inner edge on the boundary),
+/// stays simple, no vertex falls to valence two (nor loses its last inner edge on the boundary
+/// or on one side of a crease),
 /// corners, boundary loops and feature curves stay.
 bool collapsible(const CellMap& map, std::uint32_t h);
 

@@ -22,6 +22,8 @@ constexpr std::size_t kGrain = 64;
 constexpr std::uint32_t kStep = 2;
 constexpr std::uint32_t kTurn = 16;
 constexpr std::uint32_t kBorder = 4;
+// A triangle entered through a crease becomes a quad with a flat corner there.
+constexpr std::uint32_t kFlat = 60;
 
 struct Path {
   std::uint32_t cost = std::numeric_limits<std::uint32_t>::max();
@@ -30,10 +32,16 @@ struct Path {
 };
 
 /// Whether the edge between two triangles can go: no vertex may fall to valence two, inside or with
-/// a flat corner on the boundary.
+/// a flat corner on the boundary or along a crease.
 bool mergeable(const CellMap& map, std::uint32_t h) {
-  for (const std::uint32_t v : {map.origin(h), map.target(h)}) {
-    if (map.valence(v) < 4) {
+  if (map.is_feature(h)) {
+    return false;
+  }
+  for (const std::uint32_t out : {h, CellMap::twin(h)}) {
+    const std::uint32_t v = map.origin(out);
+    const bool last =
+        map.is_feature(map.around(out)) && map.is_feature(map.next(CellMap::twin(out)));
+    if (map.valence(v) < 4 || (last && !map.is_corner(v))) {
       return false;
     }
   }
@@ -86,7 +94,8 @@ class Searcher {
     do {
       const std::uint32_t g = map_.face(CellMap::twin(h));
       const bool straight = face == triangle || h == map_.next(map_.next(in));
-      const std::uint32_t cost = cost_[face] + (straight ? 0 : kTurn);
+      const bool flat = map_.is_feature(h) && (face == triangle || map_.degree(g) == 3);
+      const std::uint32_t cost = cost_[face] + (straight ? 0 : kTurn) + (flat ? kFlat : 0);
       if (map_.is_hole(g)) {
         // A triangle at the boundary itself would get a flat corner there.
         if (face != triangle) {

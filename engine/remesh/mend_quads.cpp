@@ -16,6 +16,10 @@ namespace {
 
 /// Valence beyond which a merged vertex would be worse than an inset.
 constexpr std::uint32_t kMostValence = 6;
+constexpr std::size_t kMostMends = 5;
+constexpr std::array<double, 4> kLeashes{0.0, 100.0, 10.0, 1.0};
+/// How many of them are tried, by the number of times that quads were changed.
+constexpr std::array<std::size_t, kMostMends + 1> kTries{1, 2, 4, 4, 4, 4};
 
 /// The least scaled Jacobian of the other quads around a and c if both were at `p`.
 double least_after(const CellMap& map, std::uint32_t quad, std::uint32_t a, std::uint32_t c,
@@ -90,6 +94,46 @@ MendReport mend_bad_quads(PolygonMesh& mesh, double least) {
   repair(map);
   mesh = map.to_mesh();
   return report;
+}
+
+std::uint64_t mend_until_good(PolygonMesh& mesh, SurfaceProjector& projector,
+                              const UntangleOptions& options, TaskGraph& graph,
+                              const std::function<bool(std::size_t)>& acceptable) {
+  std::uint64_t fewest = quads_not_above(mesh, options.least).size();
+  if (fewest == 0) {
+    return fewest;
+  }
+  PolygonMesh first = mesh;
+  PolygonMesh mended = mesh;
+  for (std::size_t mends = 0; mends <= kMostMends; ++mends) {
+    if (mends > 0) {
+      mend_bad_quads(mended, options.least);
+    }
+    for (std::size_t k = 0; k < kTries[mends]; ++k) {
+      UntangleOptions leashed = options;
+      leashed.leash = kLeashes[k];
+      const std::uint64_t left = untangle(mended, projector, leashed, graph).bad_after;
+      if (left < fewest && acceptable(mended.face_count())) {
+        fewest = left;
+        mesh = mended;
+      }
+      if (left == 0) {
+        return fewest;
+      }
+    }
+  }
+  UntangleOptions last = options;
+  last.leash = kLeashes.back();
+  last.any_way = true;
+  for (PolygonMesh* tried : {&first, &mesh}) {
+    mended = *tried;
+    const std::uint64_t left = untangle(mended, projector, last, graph).bad_after;
+    if (left < fewest) {
+      fewest = left;
+      mesh = mended;
+    }
+  }
+  return fewest;
 }
 
 }  // namespace rattan

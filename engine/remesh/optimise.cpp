@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -17,6 +18,7 @@
 #include "engine/remesh/crease_curve.h"
 #include "engine/remesh/quadric.h"
 #include "engine/remesh/shape_pull.h"
+#include "engine/remesh/vertex_motion.h"
 #include "engine/remesh/vertex_stars.h"
 
 namespace rattan {
@@ -41,9 +43,6 @@ constexpr double kCrease = 0.1;
 constexpr int kStepsPerNormal = 2;
 // Of the scan's diagonal: how far a vertex may leave its crease.
 constexpr double kMostOffCrease = 0.8e-3;
-constexpr std::uint32_t kNoLoop = kNoVertex;
-
-enum class Motion : std::uint8_t { kFree, kBoundary, kAlongCrease, kFixed };
 
 /// cos and sin of 2 pi k / n for every degree n in use, and the circumradius of unit sides.
 struct RegularPolygons {
@@ -92,23 +91,9 @@ class Optimiser {
     if (mesh_.scan_triangle.size() != n) {
       mesh_.scan_triangle.assign(n, kNoTriangle);
     }
-    motion_.assign(n, Motion::kFree);
-    loop_.assign(n, kNoLoop);
-    for (std::uint32_t v = 0; v < n; ++v) {
-      if (stars_.begin[v] == stars_.begin[v + 1] ||
-          (!mesh_.vertex_flags.empty() && (mesh_.vertex_flags[v] & kCornerVertex) != 0) ||
-          (options.hold_curves && (stars_.on_boundary[v] != 0 || crease_.degree[v] > 0))) {
-        motion_[v] = Motion::kFixed;
-      } else if (stars_.on_boundary[v] != 0) {
-        const bool path = stars_.boundary[v][0] != kNoVertex && !curve_.empty();
-        motion_[v] = path ? Motion::kBoundary : Motion::kFixed;
-        if (path) {
-          loop_[v] = curve_.closest(mesh_.positions[v]).loop;
-        }
-      } else if (crease_.degree[v] > 0) {
-        motion_[v] = crease_.curve[v] == kNoCurve ? Motion::kFixed : Motion::kAlongCrease;
-      }
-    }
+    VertexMotions motions = vertex_motions(mesh_, stars_, &curve_, crease_, options.hold_curves);
+    motion_ = std::move(motions.motion);
+    loop_ = std::move(motions.loop);
     beside_crease_.assign(mesh_.face_count(), 0);
     for (std::size_t f = 0; f < mesh_.face_count(); ++f) {
       for (const std::uint32_t v : mesh_.face(f)) {

@@ -43,8 +43,8 @@ struct Candidate {
 /// Finds strips and values them; one a thread.
 class Finder {
  public:
-  Finder(const CellMap& map, std::uint32_t between, bool to_border)
-      : map_(map), between_(between), to_border_(to_border) {}
+  Finder(const CellMap& map, std::uint32_t between, bool to_border, bool firm_curves)
+      : map_(map), between_(between), to_border_(to_border), firm_curves_(firm_curves) {}
 
   /// The best strip from the triangle over `between` quads to a triangle of higher id, or to the
   /// boundary; its count stays zero if none gains.
@@ -126,9 +126,11 @@ class Finder {
     for (std::uint32_t k = 0; k <= strip_.count; ++k) {
       map_.face_halves(path_[k], halves_);
       gather_corners(map_, halves_, {}, corners_);
+      set_firm(halves_);
       old_shape += splitter_.cost(corners_);
     }
     gather_corners(map_, ring_, {strip_.cross.data(), strip_.count}, corners_);
+    set_firm(ring_);
     if (border_ != kNone) {
       divide_border();
     }
@@ -171,7 +173,8 @@ class Finder {
         valence += a == i || b == i;
       }
       // Inside that is forbidden, on the boundary it would be a flat corner.
-      if (valence < 3 && valence < map_.valence(v)) {
+      if ((valence < 3 && valence < map_.valence(v)) ||
+          (valence == bare_[i] && valence < map_.valence(v) && flat_on_crease(i))) {
         return;
       }
       gain +=
@@ -183,6 +186,22 @@ class Finder {
       best.ring = ring_;
       best.border = border_;
       best.split = std::move(split);
+    }
+  }
+
+  /// Without a diagonal there, corner i of the ring would be a flat one along a crease.
+  bool flat_on_crease(std::size_t i) const {
+    const std::uint32_t h = ring_[i], before = ring_[i == 0 ? ring_.size() - 1 : i - 1];
+    return before != kNone && map_.is_feature(h) && map_.is_feature(before) &&
+           !map_.is_corner(map_.origin(h));
+  }
+
+  void set_firm(const std::vector<std::uint32_t>& halves) {
+    corners_.firm.clear();
+    if (firm_curves_) {
+      for (const std::uint32_t h : halves) {
+        corners_.firm.push_back(map_.on_feature(map_.origin(h)) ? 1 : 0);
+      }
     }
   }
 
@@ -208,11 +227,15 @@ class Finder {
     const double norm = normal.norm();
     corners_.normal.insert(corners_.normal.begin() + offset,
                            norm > 0 ? Vec3d(normal / norm) : Vec3d::Zero());
+    if (!corners_.firm.empty()) {
+      corners_.firm.insert(corners_.firm.begin() + offset, std::uint8_t{1});
+    }
   }
 
   const CellMap& map_;
   std::uint32_t between_;
   bool to_border_;
+  bool firm_curves_;
   std::uint32_t border_ = kNone;
   Strip strip_;
   std::array<std::uint32_t, kMaxBetween + 2> path_{};
@@ -263,12 +286,12 @@ bool still_allowed(const CellMap& map, const Candidate& c) {
 /// One round of search and execution from the given triangles; returns the number of strips
 /// re-split.
 std::uint64_t resplit(CellMap& map, std::span<const std::uint32_t> starts, std::uint32_t between,
-                      bool to_border) {
+                      bool to_border, bool firm_curves) {
   std::vector<Candidate> found(starts.size());
   parallel_chunks(
       starts.size(),
       [&](std::size_t begin, std::size_t end) {
-        Finder finder(map, between, to_border);
+        Finder finder(map, between, to_border, firm_curves);
         for (std::size_t i = begin; i < end; ++i) {
           finder.search(starts[i], found[i]);
         }
@@ -313,7 +336,7 @@ std::uint64_t resplit(CellMap& map, std::span<const std::uint32_t> starts, std::
 
 }  // namespace
 
-PairReport pair_triangles(CellMap& map, std::uint32_t max_between) {
+PairReport pair_triangles(CellMap& map, std::uint32_t max_between, bool firm_curves) {
   PairReport report;
   std::vector<std::uint32_t> triangles;
   const auto run = [&](std::uint32_t between, bool to_border, std::uint64_t& total) {
@@ -324,7 +347,7 @@ PairReport pair_triangles(CellMap& map, std::uint32_t max_between) {
           triangles.push_back(f);
         }
       }
-      const std::uint64_t done = resplit(map, triangles, between, to_border);
+      const std::uint64_t done = resplit(map, triangles, between, to_border, firm_curves);
       total += done;
       if (done == 0) {
         break;

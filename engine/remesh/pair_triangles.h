@@ -18,7 +18,8 @@ struct PairReport {
 /// Re-splits unions of triangle, up to `max_between` quads, triangle or boundary where that is
 /// cheaper than what is there. Candidates are found in parallel and carried out in the order of
 /// their gain, ties by face; shorter strips first. Pre and post: all cells are triangles and quads
-/// without repeated vertices, the map is simple.
-PairReport pair_triangles(CellMap& map, std::uint32_t max_between);
+/// without repeated vertices, the map is simple. `firm_curves`: vertices on features stay where
+/// they are (see PolygonCorners::firm).
+PairReport pair_triangles(CellMap& map, std::uint32_t max_between, bool firm_curves = false);
 
 }  // namespace rattan

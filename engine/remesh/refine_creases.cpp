@@ -10,45 +10,147 @@
 #include "engine/remesh/pair_triangles.h"
 #include "engine/remesh/repair.h"
 #include "engine/remesh/split_cells.h"
+#include "engine/remesh/split_polygon.h"
 
 namespace rattan {
 
 namespace {
 
 constexpr int kRounds = 3;
+/// Parts of one edge in a round.
+constexpr int kMostParts = 8;
+/// Of the tolerance, for parts: distances are sampled.
+constexpr double kPartTolerance = 0.9;
 /// Quads between two triangles that become quads together.
 constexpr std::uint32_t kPairBetween = 3;
+/// Of a step of irregularity in the choice of diagonals.
+constexpr double kBias = 0.2;
 /// Edges shorter than this many tolerances stay whole.
 constexpr double kShortest = 6.0;
 
 struct Division {
   std::uint32_t u, v;
-  Vec3d at;
+  std::vector<Vec3d> at;  ///< from u to v
+};
+
+/// Finds the fewest points on an edge's curve so that the chords between them lie near it.
+class Divider {
+ public:
+  Divider(const CreaseCurve& creases, double tolerance)
+      : creases_(creases), tolerance_(tolerance) {}
+
+  /// Points between p and q, in order; none where the edge itself lies near the curve, or all of it
+  /// so far off that the curve isn't its own.
+  const std::vector<Vec3d>& divide(const Vec3d& p, const Vec3d& q, std::uint32_t curve) {
+    points_.clear();
+    const double length = (q - p).norm();
+    const double off = distance(p, q, curve);
+    if (off <= tolerance_ || off >= 0.5 * length || length <= kShortest * tolerance_) {
+      return points_;
+    }
+    for (int parts = 2; parts <= kMostParts; ++parts) {
+      place(p, q, curve, parts);
+      if (length <= kShortest * tolerance_ * parts || near(p, q, curve)) {
+        break;
+      }
+    }
+    return points_;
+  }
+
+ private:
+  /// Bent outwards by half the height of the arcs, as optimise() does.
+  void place(const Vec3d& p, const Vec3d& q, std::uint32_t curve, int parts) {
+    on_.assign(1, p);
+    for (int k = 1; k < parts; ++k) {
+      on_.push_back(creases_.closest(p + static_cast<double>(k) / parts * (q - p), curve));
+    }
+    on_.push_back(q);
+    points_.clear();
+    for (std::size_t k = 1; k + 1 < on_.size(); ++k) {
+      const Vec3d chord = on_[k + 1] - on_[k - 1];
+      Vec3d umbrella = 0.5 * (on_[k - 1] + on_[k + 1]) - on_[k];
+      umbrella -= umbrella.dot(chord) / std::max(chord.squaredNorm(), 1e-300) * chord;
+      const double out = 0.125 * umbrella.norm();
+      const double most = 0.5 * tolerance_;
+      points_.push_back(on_[k] - 0.125 * std::min(1.0, most / std::max(out, 1e-300)) * umbrella);
+    }
+  }
+
+  bool near(const Vec3d& p, const Vec3d& q, std::uint32_t curve) const {
+    for (std::size_t k = 0; k <= points_.size(); ++k) {
+      const Vec3d& from = k == 0 ? p : points_[k - 1];
+      const Vec3d& to = k == points_.size() ? q : points_[k];
+      if (distance(from, to, curve) > kPartTolerance * tolerance_) {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  double distance(const Vec3d& p, const Vec3d& q, std::uint32_t curve) const {
+    double off = 0.0;
+    for (const double t : {0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875}) {
+      const Vec3d x = p + t * (q - p);
+      off = std::max(off, (creases_.closest(x, curve) - x).norm());
+    }
+    return off;
+  }
+
+  const CreaseCurve& creases_;
+  double tolerance_;
+  std::vector<Vec3d> on_, points_;
 };
 
 std::vector<Division> find_divisions(const PolygonMesh& mesh, const CreaseCurve& creases,
                                      double tolerance) {
   const CreaseVertices at = crease_vertices(mesh, creases);
+  Divider divider(creases, tolerance);
   std::vector<Division> out;
   for (const auto& [u, v] : mesh.feature_edges) {
     const Vec3d& p = mesh.positions[u];
     const Vec3d& q = mesh.positions[v];
-    const Vec3d middle = 0.5 * (p + q);
     const std::uint32_t curve = at.curve[u] != kNoCurve   ? at.curve[u]
                                 : at.curve[v] != kNoCurve ? at.curve[v]
-                                                          : creases.nearest_curve(middle);
-    const Vec3d on = creases.closest(middle, curve);
-    double off = 0.0;
-    for (const double t : {0.25, 0.5, 0.75}) {
-      const Vec3d x = p + t * (q - p);
-      off = std::max(off, (creases.closest(x, curve) - x).norm());
-    }
-    const double length = (q - p).norm();
-    if (off > tolerance && off < 0.5 * length && length > kShortest * tolerance) {
-      out.push_back({u, v, on});
+                                                          : creases.nearest_curve(0.5 * (p + q));
+    const std::vector<Vec3d>& points = divider.divide(p, q, curve);
+    if (!points.empty()) {
+      out.push_back({u, v, points});
     }
   }
   return out;
+}
+
+/// Splits the faces beside divided edges, whose new vertices will stay where they are.
+void split_beside(CellMap& map, std::vector<std::uint32_t>& faces) {
+  std::sort(faces.begin(), faces.end());
+  faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
+  PolygonSplitter splitter;
+  PolygonCorners corners;
+  std::vector<std::uint32_t> halves;
+  for (const std::uint32_t f : faces) {
+    if (!map.is_cell(f) || map.degree(f) > kSplitMaxCorners / 2) {
+      continue;
+    }
+    map.face_halves(f, halves);
+    gather_corners(map, halves, {}, corners);
+    corners.firm.clear();
+    corners.bias.clear();
+    for (std::size_t i = 0; i < halves.size(); ++i) {
+      const bool firm = map.on_feature(map.origin(halves[i]));
+      corners.firm.push_back(firm ? 1 : 0);
+      const std::uint32_t v = map.origin(halves[i]);
+      const std::uint32_t valence = map.valence(v);
+      corners.bias.push_back(kBias *
+                             (irregularity(map, v, valence + 1) - irregularity(map, v, valence)));
+      if (firm) {  // the mean of both sides of the crease says nothing about this one
+        corners.normal[i] = Vec3d::Zero();
+      }
+    }
+    const PolygonSplit split = splitter.split(corners, false, true);
+    if (split.feasible) {
+      apply_split(map, halves, split);
+    }
+  }
 }
 
 }  // namespace
@@ -66,15 +168,22 @@ std::uint64_t refine_creases(PolygonMesh& mesh, const FeatureSet& features, doub
     }
     CellMap map(std::move(mesh));
     map.set_normals({});
+    std::vector<std::uint32_t> faces;
     for (const Division& d : divisions) {
-      const std::uint32_t h = map.find_half(d.u, d.v);
-      if (h != CellMap::kNone) {
-        map.split_edge(h, d.at);
+      std::uint32_t h = map.find_half(d.u, d.v);
+      if (h == CellMap::kNone) {
+        continue;
+      }
+      faces.push_back(map.face(h));
+      faces.push_back(map.face(CellMap::twin(h)));
+      for (const Vec3d& p : d.at) {
+        h = map.split_edge(h, p);
         ++added;
       }
     }
+    split_beside(map, faces);
     split_cells(map);
-    pair_triangles(map, kPairBetween);
+    pair_triangles(map, kPairBetween, true);
     repair(map);
     mesh = map.to_mesh();
   }

@@ -138,9 +138,7 @@ std::uint64_t inset_undividable_quads(CellMap& map) {
     if (!map.is_cell(f) || map.degree(f) != 4) {
       continue;
     }
-    const std::uint32_t h = map.face_half(f);
-    const std::uint32_t a = map.origin(h), b = map.target(h);
-    const std::uint32_t c = map.target(map.next(h)), d = map.origin(map.prev(h));
+    const auto [a, b, c, d] = map.quad_corners(map.face_half(f));
     const bool ac = !map.adjacent(a, c), bd = !map.adjacent(b, d);
     if (!ac && !bd) {
       locked.push_back(f);

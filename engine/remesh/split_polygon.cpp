@@ -15,6 +15,9 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kReflex = 2.0;
+// Such a quad comes to be divided into two triangles.
+constexpr double kFirm = 3.0;
+constexpr double kFirmSine = 0.6;
 constexpr double kNormal = 1.0;
 constexpr double kFlipped = 3.0;
 /// An additional face and, but for octagons, an irregular vertex.
@@ -83,6 +86,12 @@ double PolygonSplitter::corner_angle(std::size_t at, std::size_t before, std::si
   return angle < 0 ? angle + 2 * exact::kPi : angle;
 }
 
+double PolygonSplitter::quad_angle_cost(std::size_t at, double angle) const {
+  const bool firm = !polygon_->firm.empty() && polygon_->firm[at] != 0;
+  const double cost = angle_cost(angle, exact::kPi / 2);
+  return firm && exact::sincos(angle).sin < kFirmSine ? cost + kFirm : cost;
+}
+
 double PolygonSplitter::triangle_cost(std::size_t i, std::size_t k, std::size_t j) const {
   const auto& id = polygon_->vertex;
   if (id[i] == id[k] || id[k] == id[j] || id[i] == id[j]) {
@@ -103,10 +112,9 @@ double PolygonSplitter::quad_cost(std::size_t i, std::size_t k, std::size_t l,
     return kInfinity;
   }
   const auto& p = polygon_->position;
-  constexpr double kIdeal = exact::kPi / 2;
   const double angles =
-      angle_cost(corner_angle(i, j, k), kIdeal) + angle_cost(corner_angle(k, i, l), kIdeal) +
-      angle_cost(corner_angle(l, k, j), kIdeal) + angle_cost(corner_angle(j, l, i), kIdeal);
+      quad_angle_cost(i, corner_angle(i, j, k)) + quad_angle_cost(k, corner_angle(k, i, l)) +
+      quad_angle_cost(l, corner_angle(l, k, j)) + quad_angle_cost(j, corner_angle(j, l, i));
   const double along = length_[i * n_ + k] + length_[l * n_ + j];
   const double across = length_[k * n_ + l] + length_[i * n_ + j];
   const double floor = 1e-6 * (along + across) + 1e-300;
@@ -131,7 +139,7 @@ double PolygonSplitter::star_cost(std::size_t first) const {
     const std::size_t before = (i + n_ - 1) % n_, after = (i + 1) % n_;
     const double angle = corner_angle(i, before, after);
     const bool spoke = i % 2 == first;
-    cost += spoke ? 2 * angle_cost(angle / 2, exact::kPi / 2) : angle_cost(angle, exact::kPi / 2);
+    cost += spoke ? 2 * quad_angle_cost(i, angle / 2) : quad_angle_cost(i, angle);
     if (spoke) {
       const double aspect =
           exact::log(((centre - p[i]).norm() + 1e-300) / (length_[i * n_ + before] + 1e-300));

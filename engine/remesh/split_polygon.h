@@ -28,6 +28,9 @@ struct PolygonCorners {
   /// What a diagonal costs (or gains) at each of its ends besides the shape of the pieces; empty
   /// for nothing. Chooses between splits, and isn't part of PolygonSplit::cost.
   std::vector<double> bias;
+  /// 1 where the vertex will stay where it is, so that a flat or acute corner of a quad will too;
+  /// empty for nowhere.
+  std::vector<std::uint8_t> firm;
 
   std::size_t size() const { return vertex.size(); }
 };
@@ -43,7 +46,8 @@ struct PolygonSplit {
 };
 
 /// Cost of one piece: 0.5 sum (angle error)^2 + 0.25 log^2 aspect (quads), + 1.5 per triangle, plus
-/// penalties for reflex corners and for normals that disagree with the surface.
+/// penalties for reflex corners, for firm ones far from 90 degrees, and for normals that disagree
+/// with the surface.
 class PolygonSplitter {
  public:
   static constexpr double kTriangle = 1.5;
@@ -57,6 +61,7 @@ class PolygonSplitter {
  private:
   void prepare(const PolygonCorners& polygon);
   double corner_angle(std::size_t at, std::size_t before, std::size_t after) const;
+  double quad_angle_cost(std::size_t at, double angle) const;
   double triangle_cost(std::size_t i, std::size_t k, std::size_t j) const;
   double quad_cost(std::size_t i, std::size_t k, std::size_t l, std::size_t j) const;
   double star_cost(std::size_t first) const;

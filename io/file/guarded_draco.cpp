@@ -193,4 +193,8 @@ std::unique_ptr<draco::Mesh> decode_draco_mesh(std::string_view bytes, const std
   return mesh;
 }
 
+bool holds_numbers(const draco::PointAttribute& attribute) {
+  return attribute.data_type() >= draco::DT_INT8 && attribute.data_type() <= draco::DT_FLOAT64;
+}
+
 }  // namespace rattan

@@ -10,7 +10,8 @@
 
 namespace draco {
 class Mesh;
-}
+class PointAttribute;
+}  // namespace draco
 
 namespace rattan {
 
@@ -20,5 +21,9 @@ namespace rattan {
 /// whole Draco mesh, and ResourceError if decoding would take more than `memory_bytes`.
 std::unique_ptr<draco::Mesh> decode_draco_mesh(std::string_view bytes, const std::string& path,
                                                std::uint64_t memory_bytes);
+
+/// Whether its values are integers or floating-point numbers. The library converts truth values
+/// too, but a damaged file holds bytes for them that are neither, and reading those is undefined.
+bool holds_numbers(const draco::PointAttribute& attribute);
 
 }  // namespace rattan

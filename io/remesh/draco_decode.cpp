@@ -178,9 +178,10 @@ PolygonMesh decode_draco(std::string_view bytes, const std::string& path,
 
   PolygonMesh out;
   out.positions.resize(position->size());
+  const bool numbers = holds_numbers(*position);
   for (std::uint32_t v = 0; v < position->size(); ++v) {
     std::array<double, 3> p{};
-    if (!position->ConvertValue<double, 3>(draco::AttributeValueIndex(v), p.data())) {
+    if (!numbers || !position->ConvertValue<double, 3>(draco::AttributeValueIndex(v), p.data())) {
       throw refuse("its positions are of a kind that cannot be read");
     }
     out.positions[v] = Vec3d(p[0], p[1], p[2]);

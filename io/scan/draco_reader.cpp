@@ -53,7 +53,7 @@ class DracoColours {
       : attribute_(mesh.GetNamedAttribute(draco::GeometryAttribute::COLOR)) {
     if (attribute_ != nullptr &&
         (attribute_->num_components() < 3 || attribute_->num_components() > 4 ||
-         draco::DataTypeLength(attribute_->data_type()) > 8 || attribute_->size() == 0)) {
+         !holds_numbers(*attribute_) || attribute_->size() == 0)) {
       attribute_ = nullptr;
     }
   }
@@ -130,9 +130,10 @@ void read_draco(ByteSource& source, ScanBlocks& blocks, ScanFileInfo& info,
     }
   }
   const Vec3d origin = origin_of(*mesh);
+  const bool numbers = holds_numbers(*position);
   for (std::uint32_t v = 0; v < position->size(); ++v) {
     std::array<double, 3> p{};
-    if (!position->ConvertValue<double, 3>(draco::AttributeValueIndex(v), p.data())) {
+    if (!numbers || !position->ConvertValue<double, 3>(draco::AttributeValueIndex(v), p.data())) {
       throw InputError(source.path(), "", "its positions are of a kind that cannot be read",
                        kRepair);
     }

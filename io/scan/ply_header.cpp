@@ -164,9 +164,10 @@ std::size_t PlyElement::list_count() const {
                                                 [](const PlyProperty& p) { return p.is_list; }));
 }
 
-std::uint64_t PlyElement::least_bytes() const {
+std::uint64_t PlyElement::bytes_before(int k) const {
   std::uint64_t bytes = 0;
-  for (const PlyProperty& p : properties) {
+  for (int i = 0; i < k; ++i) {
+    const PlyProperty& p = properties[static_cast<std::size_t>(i)];
     bytes += ply_size(p.is_list ? p.count_type : p.type);
   }
   return bytes;

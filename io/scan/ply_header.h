@@ -45,7 +45,9 @@ struct PlyElement {
   std::size_t list_count() const;
   bool has_list() const { return list_count() > 0; }
   /// Bytes of a record's scalar properties and list counts: its size if no list holds anything.
-  std::uint64_t least_bytes() const;
+  std::uint64_t least_bytes() const { return bytes_before(static_cast<int>(properties.size())); }
+  /// Likewise of the properties before the k-th: where that begins.
+  std::uint64_t bytes_before(int k) const;
   /// Position among the properties; -1 if there is none of that name.
   int find(std::string_view property) const;
 };

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <bit>
-#include <cstring>
 
 #include "io/file/text_numbers.h"
 #include "io/scan/ply_header.h"
+#include "io/scan/ply_values.h"
 #include "io/scan/scan_parsers.h"
 
 namespace rattan {
@@ -14,117 +14,6 @@ constexpr const char* kRepair = "Export the scan again or correct the file";
 constexpr const char* kCutOff = "It is cut off; copy or export it again";
 
 enum class Role { kSkip, kVertex, kFace, kStrip };
-
-template <class Word, bool Swap>
-Word load_word(const char* p) {
-  Word word;
-  std::memcpy(&word, p, sizeof(Word));
-  if constexpr (Swap && sizeof(Word) == 2) {
-    word = static_cast<Word>(__builtin_bswap16(static_cast<std::uint16_t>(word)));
-  } else if constexpr (Swap && sizeof(Word) == 4) {
-    word = static_cast<Word>(__builtin_bswap32(static_cast<std::uint32_t>(word)));
-  } else if constexpr (Swap && sizeof(Word) == 8) {
-    word = static_cast<Word>(__builtin_bswap64(static_cast<std::uint64_t>(word)));
-  }
-  return word;
-}
-
-// Integer types only. A 64-bit unsigned beyond the signed range turns negative, which every caller
-// refuses.
-template <bool Swap>
-std::int64_t load_integer(PlyType type, const char* p) {
-  switch (type) {
-    case PlyType::kInt8:
-      return load_word<std::int8_t, Swap>(p);
-    case PlyType::kUint8:
-      return load_word<std::uint8_t, Swap>(p);
-    case PlyType::kInt16:
-      return load_word<std::int16_t, Swap>(p);
-    case PlyType::kUint16:
-      return load_word<std::uint16_t, Swap>(p);
-    case PlyType::kInt32:
-      return load_word<std::int32_t, Swap>(p);
-    case PlyType::kUint32:
-      return load_word<std::uint32_t, Swap>(p);
-    default:
-      return load_word<std::int64_t, Swap>(p);
-  }
-}
-
-template <bool Swap>
-double load_number(PlyType type, const char* p) {
-  switch (type) {
-    case PlyType::kFloat32:
-      return std::bit_cast<float>(load_word<std::uint32_t, Swap>(p));
-    case PlyType::kFloat64:
-      return std::bit_cast<double>(load_word<std::uint64_t, Swap>(p));
-    case PlyType::kUint64:
-      return static_cast<double>(load_word<std::uint64_t, Swap>(p));
-    default:
-      return static_cast<double>(load_integer<Swap>(type, p));
-  }
-}
-
-// The colour of a vertex among the properties of its element.
-class PlyColour {
- public:
-  PlyColour() = default;
-  explicit PlyColour(const PlyElement& element) {
-    for (const char* prefix : {"", "diffuse_"}) {
-      static constexpr const char* kNames[] = {"red", "green", "blue", "alpha"};
-      int count = 0;
-      while (count < 4) {
-        const int k = element.find(std::string(prefix) + kNames[count]);
-        if (k < 0 || element.properties[static_cast<std::size_t>(k)].is_list) {
-          break;
-        }
-        property_[count++] = k;
-      }
-      if (count >= 3) {
-        count_ = count;
-        type_ = element.properties[static_cast<std::size_t>(property_[0])].type;
-        return;
-      }
-    }
-  }
-
-  /// Components: 0 (no colours), 3 or 4.
-  int count() const { return count_; }
-  int property(int component) const { return property_[component]; }
-  /// Which component the k-th property is; -1: none.
-  int component_of(int k) const {
-    for (int c = 0; c < count_; ++c) {
-      if (property_[c] == k) {
-        return c;
-      }
-    }
-    return -1;
-  }
-  ScanColour of(double* values) const {
-    if (type_ == PlyType::kFloat32 || type_ == PlyType::kFloat64) {
-      return colour_of_numbers(values, count_);
-    }
-    if (type_ == PlyType::kUint16) {
-      for (int c = 0; c < count_; ++c) {
-        values[c] /= 257.0;
-      }
-    }
-    if (count_ == 3) {
-      values[3] = 255.0;
-    }
-    // With a component at 255, alpha or not, none is taken for a share of 1.
-    double bytes[4] = {values[0], values[1], values[2], 255.0};
-    ScanColour colour = colour_of_numbers(bytes, 4);
-    bytes[0] = values[3];
-    colour[3] = colour_of_numbers(bytes, 4)[0];
-    return colour;
-  }
-
- private:
-  int count_ = 0;
-  int property_[4] = {-1, -1, -1, -1};
-  PlyType type_ = PlyType::kUint8;
-};
 
 // A triangle strip: each corner after the second closes a triangle with the two before it, turned
 // every other time; -1 starts a new strip.
@@ -420,22 +309,9 @@ class PlyReader {
     const std::size_t stride = element.least_bytes();
     std::size_t at[3];
     PlyType type[3];
-    const auto bytes_before = [&](int property_index) {
-      std::size_t bytes = 0;
-      for (int k = 0; k < property_index; ++k) {
-        bytes += ply_size(property(element, k).type);
-      }
-      return bytes;
-    };
     for (int axis = 0; axis < 3; ++axis) {
-      at[axis] = bytes_before(position_[axis]);
+      at[axis] = element.bytes_before(position_[axis]);
       type[axis] = property(element, position_[axis]).type;
-    }
-    colour_is_bytes_ = true;
-    for (int c = 0; c < colour_.count(); ++c) {
-      colour_at_[c] = bytes_before(colour_.property(c));
-      colour_type_[c] = property(element, colour_.property(c)).type;
-      colour_is_bytes_ = colour_is_bytes_ && colour_type_[c] == PlyType::kUint8;
     }
     const bool is_float =
         std::all_of(type, type + 3, [](PlyType t) { return t == PlyType::kFloat32; });
@@ -467,21 +343,8 @@ class PlyReader {
   // Of the vertex whose record begins at p.
   template <bool Swap>
   void add_binary_colour(const char* p) {
-    if (colour_.count() == 0) {
-      return;
-    }
-    if (colour_is_bytes_) {
-      ScanColour colour{0, 0, 0, 255};
-      for (int c = 0; c < colour_.count(); ++c) {
-        colour[static_cast<std::size_t>(c)] = static_cast<std::uint8_t>(p[colour_at_[c]]);
-      }
-      blocks_.add_colour(colour);
-    } else {
-      double values[4] = {};
-      for (int c = 0; c < colour_.count(); ++c) {
-        values[c] = load_number<Swap>(colour_type_[c], p + colour_at_[c]);
-      }
-      blocks_.add_colour(colour_.of(values));
+    if (colour_.count() > 0) {
+      blocks_.add_colour(colour_.in_record<Swap>(p));
     }
   }
 
@@ -491,10 +354,7 @@ class PlyReader {
   void read_binary_triangles(const PlyElement& element) {
     const PlyProperty& list = property(element, list_);
     const std::size_t count_size = ply_size(list.count_type);
-    std::size_t before = 0;
-    for (int k = 0; k < list_; ++k) {
-      before += ply_size(property(element, k).type);
-    }
+    const std::size_t before = element.bytes_before(list_);
     const std::size_t indices = before + count_size;
     const std::size_t record = element.least_bytes() + 3 * sizeof(std::uint32_t);
     const bool is_signed = list.type == PlyType::kInt32 && !wraps(list.type);
@@ -605,9 +465,6 @@ class PlyReader {
   int list_ = -1;         // the face's list of vertices among the properties
   Strip strip_;
   PlyColour colour_;
-  std::size_t colour_at_[4] = {};  // in a record of fixed size
-  PlyType colour_type_[4] = {};
-  bool colour_is_bytes_ = false;
 };
 
 }  // namespace

@@ -63,6 +63,9 @@ def refused_files():
     yield "cut_head.stl", bin_stl[:70], True
     yield "cut.off", text_off[:-30], True
     yield "cut.drc", b"DRACO\x02\x02\x01\x01\0\0", False
+    # Positions of Draco's truth values, with bytes that are neither true nor false.
+    yield "truth.drc", bytes.fromhex("445241434f0202010000000605010001020002030003040302040201"
+                                     "040100040101000b0300") + bytes(11) + b"\x80" * 30, False
     # Counts that lie.
     yield "vertices.ply", ascii_ply(t, vertices=4000), True
     yield "faces.ply", ascii_ply(t, faces=4000), True

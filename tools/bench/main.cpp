@@ -38,6 +38,7 @@ int run(const std::vector<std::string>& sizes, ThroughputOptions options, const 
   for (const std::string& size : sizes) {
     options.sizes.push_back(parse_size(size));
   }
+  options.rattan = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "rattan";
   const bool own_directory = options.directory.empty();
   if (own_directory) {
     options.directory =
@@ -65,6 +66,9 @@ int bench(int argc, char** argv) {
       ->delimiter(',')
       ->capture_default_str();
   app.add_option("--threads", options.threads, "thread counts, 0 for all processors")
+      ->delimiter(',');
+  app.add_option("--memory", options.budgets,
+                 "budgets of rattan's, e.g. 256MiB,2GiB; default: its own")
       ->delimiter(',');
   app.add_option("--ratio", options.ratio, "faces per triangle")->capture_default_str();
   app.add_option("--repeats", options.repeats, "runs of each; the fastest counts")

@@ -2,18 +2,19 @@
 #include "tools/bench/throughput.h"
 
 #include <algorithm>
-#include <array>
 #include <fcntl.h>
 #include <filesystem>
+#include <fstream>
 #include <spawn.h>
 #include <sys/wait.h>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "engine/core/errors.h"
 #include "engine/core/progress.h"
 #include "io/synth/synth.h"
-#include "jobs/remesh_job.h"
 #include "jobs/stage_clock.h"
 
 extern char** environ;
@@ -22,11 +23,13 @@ namespace rattan {
 
 namespace {
 
-/// Wall seconds of the stock encoder, or -1 where it isn't installed or fails.
-double time_draco_encoder(const std::string& scan, const std::string& output) {
-  std::array<std::string, 5> words = {"draco_encoder", "-i", scan, "-o", output};
-  std::array<char*, 6> argv{};
-  std::transform(words.begin(), words.end(), argv.begin(), [](std::string& w) { return w.data(); });
+/// Wall seconds of a command whose output nobody wants; -1 where it isn't there or fails.
+double time_command(std::vector<std::string> words) {
+  std::vector<char*> argv;
+  for (std::string& word : words) {
+    argv.push_back(word.data());
+  }
+  argv.push_back(nullptr);
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
   posix_spawn_file_actions_addopen(&files, 1, "/dev/null", O_WRONLY, 0);
@@ -40,6 +43,70 @@ double time_draco_encoder(const std::string& scan, const std::string& output) {
     return -1.0;
   }
   return wall_seconds() - start;
+}
+
+ThroughputRow remesh_once(const ThroughputOptions& options, const std::string& scan, int threads,
+                          const std::string& budget) {
+  const std::string report = options.directory + "/report.json";
+  std::vector<std::string> words = {options.rattan,
+                                    "remesh",
+                                    scan,
+                                    "-o",
+                                    options.directory + "/remesh.drc",
+                                    "--ratio",
+                                    fmt::format("{}", options.ratio),
+                                    "--threads",
+                                    std::to_string(threads),
+                                    "--quiet",
+                                    "--fresh",
+                                    "--report",
+                                    report};
+  if (!budget.empty()) {
+    words.insert(words.end(), {"--memory", budget});
+  }
+  ThroughputRow row;
+  row.budget = budget;
+  row.seconds = time_command(words);
+  if (row.seconds < 0.0) {
+    throw ResourceError(fmt::format("{}: the run failed. Try: {}", scan, fmt::join(words, " ")));
+  }
+  std::ifstream file(report);
+  const auto j = nlohmann::json::parse(file);
+  row.threads = j["threads"];
+  row.triangles = j["input"]["triangles"];
+  row.faces = j["output"]["faces"];
+  row.quads = j["output"]["quads"];
+  row.peak_bytes = j["peak_rss_bytes"];
+  for (const auto& stage : j["stages"]) {
+    row.stages.push_back({stage["name"], stage["seconds"], stage["cpu_seconds"], stage["passes"],
+                          stage["bytes_read"], stage["bytes_written"]});
+  }
+  return row;
+}
+
+/// How much dearer a triangle of the largest scan is than one of the smallest.
+std::string growth(const std::vector<ThroughputRow>& rows) {
+  std::string text;
+  for (const ThroughputRow& first : rows) {
+    const ThroughputRow* largest = nullptr;
+    bool smallest = true;
+    for (const ThroughputRow& row : rows) {
+      if (row.threads != first.threads || row.budget != first.budget) {
+        continue;
+      }
+      smallest = smallest && row.size >= first.size;
+      largest = largest == nullptr || row.size > largest->size ? &row : largest;
+    }
+    if (smallest && largest->size > first.size) {
+      text += fmt::format(
+          "{} threads, {}: from {} to {} triangles the cost of one grows {:.2f} times ({:.2f} to "
+          "{:.2f} microseconds)\n",
+          first.threads, first.budget.empty() ? "default budget" : first.budget, first.triangles,
+          largest->triangles, largest->seconds_per_triangle() / first.seconds_per_triangle(),
+          1e6 * first.seconds_per_triangle(), 1e6 * largest->seconds_per_triangle());
+    }
+  }
+  return text;
 }
 
 }  // namespace
@@ -56,27 +123,28 @@ std::vector<ThroughputRow> measure_throughput(const ThroughputOptions& options) 
       synth.triangles = triangles;
       synthesise(synth, scan, quiet);
     }
-    for (const int threads : options.threads) {
-      ThroughputRow row;
-      row.triangles = triangles;
-      row.threads = threads;
-      for (int repeat = 0; repeat < std::max(1, options.repeats); ++repeat) {
-        RemeshOptions remesh;
-        remesh.scan = scan;
-        remesh.output = options.directory + "/remesh.drc";
-        remesh.size_kind = SizeKind::kRatio;
-        remesh.sizes = {options.ratio};
-        remesh.threads = threads;
-        RemeshReport report = remesh_scan(remesh, quiet);
-        const double draco = time_draco_encoder(scan, options.directory + "/stock.drc");
-        if (repeat == 0 || report.seconds < row.report.seconds) {
-          row.report = std::move(report);
-        }
-        if (draco >= 0.0 && (row.draco_seconds < 0.0 || draco < row.draco_seconds)) {
-          row.draco_seconds = draco;
+    double draco = -1.0;
+    const std::size_t first = rows.size();
+    for (int repeat = 0; repeat < std::max(1, options.repeats); ++repeat) {
+      std::size_t at = first;
+      for (const int threads : options.threads) {
+        for (const std::string& budget : options.budgets) {
+          ThroughputRow row = remesh_once(options, scan, threads, budget);
+          row.size = triangles;
+          if (at == rows.size()) {
+            rows.push_back(std::move(row));
+          } else if (row.seconds < rows[at].seconds) {
+            rows[at] = std::move(row);
+          }
+          ++at;
         }
       }
-      rows.push_back(std::move(row));
+      const double once =
+          time_command({"draco_encoder", "-i", scan, "-o", options.directory + "/stock.drc"});
+      draco = draco < 0.0 ? once : std::min(draco, once);
+    }
+    for (std::size_t at = first; at < rows.size(); ++at) {
+      rows[at].draco_seconds = draco;
     }
   }
   return rows;
@@ -85,26 +153,27 @@ std::vector<ThroughputRow> measure_throughput(const ThroughputOptions& options) 
 std::string throughput_table(const std::vector<ThroughputRow>& rows) {
   std::string text;
   for (const ThroughputRow& row : rows) {
-    const RemeshReport& r = row.report;
-    const auto n = static_cast<double>(r.input.topology.triangles);
+    const auto n = static_cast<double>(row.triangles);
     text += fmt::format(
-        "{} triangles -> {} faces ({:.1f} % quads), {} threads: {:.2f} s, {:.0f} triangles/s, "
+        "{} triangles -> {} faces ({:.1f} % quads), {} threads, {}: {:.2f} s, {:.0f} triangles/s, "
         "peak {} MiB",
-        r.input.topology.triangles, r.output.faces,
-        100.0 * static_cast<double>(r.output.quads) /
-            std::max(1.0, static_cast<double>(r.output.faces)),
-        r.threads, r.seconds, n / r.seconds, r.peak_rss_bytes >> 20U);
-    text += row.draco_seconds > 0.0 ? fmt::format(", {:.2f} times draco_encoder ({:.2f} s)\n",
-                                                  r.seconds / row.draco_seconds, row.draco_seconds)
-                                    : std::string(", draco_encoder not found\n");
-    for (const StageRecord& s : r.stages) {
+        row.triangles, row.faces,
+        100.0 * static_cast<double>(row.quads) / std::max(1.0, static_cast<double>(row.faces)),
+        row.threads, row.budget.empty() ? "default budget" : row.budget, row.seconds,
+        n / row.seconds, row.peak_bytes >> 20U);
+    text += row.draco_seconds > 0.0
+                ? fmt::format(", {:.2f} times draco_encoder ({:.2f} s)\n",
+                              row.seconds / row.draco_seconds, row.draco_seconds)
+                : std::string(", draco_encoder not found\n");
+    for (const StageTime& s : row.stages) {
       text += fmt::format(
-          "  {:<16}{:>8.3f} s {:>5.1f} %  {:>8.3f} cpu s  {:>12.0f} triangles/s  {} passes\n",
-          s.name, s.seconds, 100.0 * s.seconds / r.seconds, s.cpu_seconds,
-          n / std::max(1e-9, s.seconds), s.passes);
+          "  {:<16}{:>8.3f} s {:>5.1f} %  {:>8.3f} cpu s  {:>12.0f} triangles/s  {:>3} passes  "
+          "{:>6} MiB read {:>6} written\n",
+          s.name, s.seconds, 100.0 * s.seconds / row.seconds, s.cpu_seconds,
+          n / std::max(1e-9, s.seconds), s.passes, s.bytes_read >> 20U, s.bytes_written >> 20U);
     }
   }
-  return text;
+  return text + growth(rows);
 }
 
 std::string throughput_json(const std::vector<ThroughputRow>& rows) {
@@ -121,18 +190,18 @@ std::string throughput_json(const std::vector<ThroughputRow>& rows) {
                                {"items_per_second", triangles / std::max(1e-9, seconds)}});
   };
   for (const ThroughputRow& row : rows) {
-    const auto n = static_cast<double>(row.report.input.topology.triangles);
-    const std::string base =
-        fmt::format("remesh/triangles:{}/threads:{}", row.triangles, row.report.threads);
+    const auto n = static_cast<double>(row.triangles);
+    const std::string base = fmt::format("remesh/triangles:{}/threads:{}{}", row.size, row.threads,
+                                         row.budget.empty() ? "" : "/memory:" + row.budget);
     double cpu = 0.0;
-    for (const StageRecord& s : row.report.stages) {
+    for (const StageTime& s : row.stages) {
       add(base + "/stage:" + s.name, s.seconds, s.cpu_seconds, n);
       cpu += s.cpu_seconds;
     }
-    add(base, row.report.seconds, cpu, n);
+    add(base, row.seconds, cpu, n);
     if (row.draco_seconds > 0.0) {
-      add(fmt::format("draco_encoder/triangles:{}", row.triangles), row.draco_seconds,
-          row.draco_seconds, n);
+      add(fmt::format("draco_encoder/triangles:{}", row.size), row.draco_seconds, row.draco_seconds,
+          n);
     }
   }
   return j.dump(2) + "\n";

@@ -6,8 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "engine/remesh/topology.h"
-#include "tests/engine/remesh/shapes.h"
+#include "tests/engine/remesh/small_maps.h"
 
 namespace rattan {
 namespace {
@@ -25,46 +24,18 @@ int irregularity_of(const CellMap& map) {
   return sum;
 }
 
-bool quad_inside(const CellMap& map, std::uint32_t h) {
-  return !map.is_hole(map.face(h)) && map.degree(map.face(h)) == 4;
-}
-
-/// Turns random edges between two quads, where the map stays simple and without doublets.
+/// Turns random edges between two quads.
 int turn_edges(CellMap& map, int count, Rng& rng) {
   int done = 0;
   for (int attempt = 0; attempt < 50 * count && done < count; ++attempt) {
-    const std::uint32_t h = pick(rng, map.half_count());
-    const std::uint32_t t = CellMap::twin(h);
-    if (!map.half_alive(h) || !quad_inside(map, h) || !quad_inside(map, t) ||
-        map.face(h) == map.face(t) || map.valence(map.origin(h)) < 4 ||
-        map.valence(map.target(h)) < 4) {
-      continue;
-    }
-    const std::uint32_t a = map.next(map.next(h)), b = map.next(map.next(t));
-    if (map.origin(a) == map.origin(b) || map.adjacent(map.origin(a), map.origin(b))) {
-      continue;
-    }
-    map.erase_edge(h);
-    map.split_face(a, b);
-    ++done;
+    done += turn_edge(map, pick(rng, map.half_count())) ? 1 : 0;
   }
   return done;
 }
 
-CellMap flat_grid(std::uint32_t n) {
-  CellMap map(grid(n, n));
-  map.set_normals({});
-  return map;
-}
-
 TEST(BalanceValences, TurnsAnEdgeBack) {
-  CellMap map = flat_grid(10);
-  Rng rng(5);
-  const std::uint32_t h = map.find_half(5 * 11 + 5, 5 * 11 + 6);
-  ASSERT_NE(h, CellMap::kNone);
-  const std::uint32_t a = map.next(map.next(h)), b = map.next(map.next(CellMap::twin(h)));
-  map.erase_edge(h);
-  map.split_face(a, b);
+  CellMap map = map_of(grid(10, 10));
+  ASSERT_TRUE(turn_edge(map, map.find_half(5 * 11 + 5, 5 * 11 + 6)));
   ASSERT_EQ(irregularity_of(map), 4);
   const BalanceReport report = balance_valences(map);
   EXPECT_EQ(report.turned + report.collapsed, 1U);
@@ -76,7 +47,7 @@ TEST(BalanceValences, LowersIrregularityAndKeepsTheRest) {
   Rng rng(11);
   std::uint64_t collapsed = 0, turned = 0;
   for (int round = 0; round < 60; ++round) {
-    CellMap map = flat_grid(12);
+    CellMap map = map_of(grid(12, 12));
     ASSERT_GT(turn_edges(map, 3 + round % 40, rng), 0);
     const CellMap::Counts before = map.counts();
     const int irregular = irregularity_of(map);
@@ -104,13 +75,13 @@ TEST(BalanceValences, LowersIrregularityAndKeepsTheRest) {
 }
 
 TEST(BalanceValences, LeavesWhatIsRegularOrBent) {
-  CellMap regular = flat_grid(6);
+  CellMap regular = map_of(grid(6, 6));
   const BalanceReport nothing = balance_valences(regular);
   EXPECT_EQ(nothing.collapsed + nothing.turned, 0U);
 
   const auto collapsed = [](bool bent) {
     Rng rng(2);
-    CellMap map = flat_grid(20);
+    CellMap map = map_of(grid(20, 20));
     turn_edges(map, 80, rng);
     std::vector<Vec3d> normals;
     for (std::uint32_t v = 0; v < map.vertex_count(); ++v) {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "engine/remesh/quadrangulate.h"
 
-#include <chrono>
-
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 #include <oneapi/tbb/global_control.h>
@@ -10,7 +8,7 @@
 #include "engine/remesh/mend_quads.h"
 #include "engine/remesh/quality.h"
 #include "engine/remesh/topology.h"
-#include "tests/engine/remesh/shapes.h"
+#include "tests/engine/remesh/small_maps.h"
 
 namespace rattan {
 namespace {
@@ -19,43 +17,6 @@ using namespace test;
 
 PolygonMesh run(CellComplex cells, QuadrangulateReport& report, QuadrangulateOptions options = {}) {
   return quadrangulate(std::move(cells), options, report);
-}
-
-void expect_kept(const CellMap::Counts& before, const PolygonMesh& mesh) {
-  const MeshTopology t = check_topology(mesh);
-  EXPECT_EQ(t.bad_degree, 0U);
-  EXPECT_EQ(t.repeated_vertex, 0U);
-  EXPECT_EQ(t.duplicate_faces, 0U);
-  EXPECT_EQ(t.non_manifold_edges, 0U);
-  EXPECT_EQ(t.inconsistent_edges, 0U);
-  EXPECT_EQ(t.non_manifold_vertices, 0U);
-  EXPECT_EQ(t.valence_two, 0U);
-  EXPECT_EQ(t.short_loops, 0U);
-  EXPECT_EQ(t.unreferenced, 0U);
-  EXPECT_TRUE(t.clean());
-  EXPECT_EQ(t.euler(), before.euler());
-  EXPECT_EQ(static_cast<std::int64_t>(t.components), before.components);
-  EXPECT_EQ(static_cast<std::int64_t>(t.boundary_loops), before.boundary_loops);
-}
-
-/// A complex given by faces of (vertex, edge) pairs.
-CellComplex complex_of(
-    std::uint32_t vertices, std::uint32_t edges,
-    const std::vector<std::vector<std::pair<std::uint32_t, std::uint32_t>>>& faces) {
-  CellComplex cells;
-  for (std::uint32_t v = 0; v < vertices; ++v) {
-    cells.mesh.positions.emplace_back(v % 2, (v / 2) % 2, v % 3);
-  }
-  for (const auto& face : faces) {
-    std::vector<std::uint32_t> corners;
-    for (const auto& [v, e] : face) {
-      corners.push_back(v);
-      cells.corner_edge.push_back(e);
-    }
-    cells.mesh.add_face(corners);
-  }
-  cells.edge_count = edges;
-  return cells;
 }
 
 TEST(Quadrangulate, GridsSurviveUnchanged) {
@@ -73,13 +34,9 @@ TEST(Quadrangulate, GridsSurviveUnchanged) {
 TEST(Quadrangulate, HexagonsSplitInTwoQuads) {
   // A row of 2 x 1 cells with nodes in the middle of their long sides.
   CellMap map(grid(8, 3));
-  for (std::uint32_t h = 0; h < map.half_count(); h += 2) {
-    const double x = map.position(map.origin(h)).x();
-    if (map.half_alive(h) && x == map.position(map.target(h)).x() && static_cast<int>(x) % 2 == 1 &&
-        !map.is_hole(map.face(h)) && !map.is_hole(map.face(CellMap::twin(h)))) {
-      map.erase_edge(h);
-    }
-  }
+  erase_edges(map, [](const Vec3d& p, const Vec3d& q) {
+    return p.x() == q.x() && static_cast<int>(p.x()) % 2 == 1;
+  });
   Rng rng(1);
   QuadrangulateReport report;
   const PolygonMesh result = run(to_complex(map, rng), report);
@@ -92,15 +49,9 @@ TEST(Quadrangulate, HexagonsSplitInTwoQuads) {
 TEST(Quadrangulate, TVerticesBecomeConforming) {
   // One line ends in the middle of a grid: its cells go from pairs to wide cells.
   CellMap map(grid(8, 8));
-  for (std::uint32_t h = 0; h < map.half_count(); h += 2) {
-    if (!map.half_alive(h)) {
-      continue;
-    }
-    const Vec3d a = map.position(map.origin(h)), b = map.position(map.target(h));
-    if (a.x() == 4 && b.x() == 4 && std::min(a.y(), b.y()) >= 4 && std::min(a.y(), b.y()) < 7) {
-      map.erase_edge(h);
-    }
-  }
+  erase_edges(map, [](const Vec3d& p, const Vec3d& q) {
+    return is_upright(p, q, 4, 4) || is_upright(p, q, 4, 5) || is_upright(p, q, 4, 6);
+  });
   Rng rng(1);
   const CellMap::Counts before = map.counts();
   QuadrangulateReport report;
@@ -112,15 +63,9 @@ TEST(Quadrangulate, TVerticesBecomeConforming) {
 TEST(Quadrangulate, TrianglesAtTheEndsOfAStripVanish) {
   // A row of cells whose two end sides are contracted.
   CellMap map(grid(4, 5));
-  for (std::uint32_t h = 0; h < map.half_count(); h += 2) {
-    if (!map.half_alive(h)) {
-      continue;
-    }
-    const Vec3d a = map.position(map.origin(h)), b = map.position(map.target(h));
-    if (a.x() == b.x() && (a.x() == 0 || a.x() == 4) && std::min(a.y(), b.y()) == 2) {
-      map.contract_edge(h, Vec3d(0.5 * (a + b)));
-    }
-  }
+  contract_edges(map, [](const Vec3d& p, const Vec3d& q) {
+    return is_upright(p, q, 0, 2) || is_upright(p, q, 4, 2);
+  });
   Rng rng(1);
   QuadrangulateReport report;
   const CellMap::Counts before = map.counts();
@@ -132,15 +77,7 @@ TEST(Quadrangulate, TrianglesAtTheEndsOfAStripVanish) {
 
 TEST(Quadrangulate, ALoneTriangleLeavesThroughTheBoundary) {
   CellMap map(grid(6, 5));
-  for (std::uint32_t h = 0; h < map.half_count(); h += 2) {
-    if (!map.half_alive(h)) {
-      continue;
-    }
-    const Vec3d a = map.position(map.origin(h)), b = map.position(map.target(h));
-    if (a.x() == 0 && b.x() == 0 && std::min(a.y(), b.y()) == 2) {
-      map.contract_edge(h, Vec3d(0.5 * (a + b)));
-    }
-  }
+  contract_edges(map, [](const Vec3d& p, const Vec3d& q) { return is_upright(p, q, 0, 2); });
   Rng rng(1);
   const CellMap::Counts before = map.counts();
   QuadrangulateReport report;
@@ -363,13 +300,7 @@ TEST(Quadrangulate, HugeFacesAreDivided) {
   CellMap map(grid(40, 40));
   Rng rng(5);
   // Everything within one cell: 160 corners.
-  for (std::uint32_t h = 0; h < map.half_count(); h += 2) {
-    const std::uint32_t t = CellMap::twin(h);
-    if (map.half_alive(h) && map.face(h) != map.face(t) && !map.is_hole(map.face(h)) &&
-        !map.is_hole(map.face(t))) {
-      map.erase_edge(h);
-    }
-  }
+  erase_edges(map, [](const Vec3d&, const Vec3d&) { return true; });
   QuadrangulateReport report;
   CellComplex cells = to_complex(map, rng);
   EXPECT_GE(expected_faces(cells), 79.0);

@@ -3,23 +3,12 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/engine/remesh/shapes.h"
+#include "tests/engine/remesh/small_maps.h"
 
 namespace rattan {
 namespace {
 
 using namespace test;
-
-PolygonMesh mesh_of(std::uint32_t vertices, const std::vector<std::vector<std::uint32_t>>& faces) {
-  PolygonMesh mesh;
-  for (std::uint32_t v = 0; v < vertices; ++v) {
-    mesh.positions.emplace_back(v, 0, 0);
-  }
-  for (const auto& face : faces) {
-    mesh.add_face(face);
-  }
-  return mesh;
-}
 
 const std::vector<std::vector<std::uint32_t>> kTetrahedron{
     {0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}};

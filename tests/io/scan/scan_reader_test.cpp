@@ -412,6 +412,16 @@ TEST(ScanReader, RefusesDracoFilesThatAskForTooMuch) {
   EXPECT_THROW(testing::read_bytes(file, whole, {.memory_bytes = 10}), ResourceError);
 }
 
+TEST(ScanReader, RefusesDracoPositionsThatAreNoNumbers) {
+  // Bytes that are neither true nor false in place of three floats; how they stand in the file is:
+  // positions, of type float, three components, not normalised.
+  std::string bytes = testing::draco_file({.sequential = true});
+  const std::size_t at = bytes.find(std::string("\x00\x09\x03\x00", 4));
+  ASSERT_NE(at, std::string::npos);
+  bytes[at + 1] = static_cast<char>(draco::DT_BOOL);
+  EXPECT_THAT(complaint("bool.drc", bytes), HasSubstr("of a kind that cannot be read"));
+}
+
 TEST(ScanReader, DeliversColours) {
   using namespace testing;
   const auto colours = [](const std::string& name, const std::string& bytes) {
