@@ -474,6 +474,14 @@ RemeshReport remesh_scan(const RemeshOptions& options, ProgressSink& progress,
                          const StopRequests& stop) {
   const RemeshOptions resolved = options.resolved();
   const std::vector<std::string> outputs = output_names(resolved);
+  for (const std::string& output : outputs) {
+    const std::filesystem::path folder = std::filesystem::path(output).parent_path();
+    std::error_code error;
+    if (!folder.empty() && !std::filesystem::is_directory(folder, error)) {
+      throw InputError(output, "", "there is no such directory",
+                       "Give a directory that exists and can be written to");
+    }
+  }
   const std::string work_directory =
       resolved.work_dir.empty() ? outputs[0] + ".work" : resolved.work_dir;
   const WorkLock lock(work_directory);

@@ -165,18 +165,55 @@ void assemble_curl(Store& store, const ScanMesh& mesh, TaskGraph& tasks) {
       });
 }
 
+double curl_scale(double log_v, const CurlOptions& options) {
+  return exact::exp(options.power * std::clamp(log_v, -options.most_log, options.most_log));
+}
+
+class ScaleWriter::Tile final : public SolutionTask<RealBlock> {
+ public:
+  Tile(ScaleWriter& writer, TileId id) : writer_(writer), id_(id) {}
+  void load() override { old_ = read(writer_.store_, fields::kFrame, id_); }
+  void compute(std::span<const float> solution) override {
+    frames_.assign(old_.begin(), old_.end());
+    for (std::size_t i = 0; i < frames_.size(); ++i) {
+      frames_[i].scale = static_cast<float>(
+          writer_.even_ * curl_scale(static_cast<double>(solution[i]), writer_.options_));
+    }
+  }
+  void commit() override { writer_.board_.commit(writer_.store_, fields::kMeshHalo, id_, frames_); }
+
+ private:
+  ScaleWriter& writer_;
+  TileId id_;
+  ChunkView<VertexFrame> old_;
+  std::vector<VertexFrame> frames_;
+};
+
+ScaleWriter::ScaleWriter(Store& store, const ScanMesh& mesh, const CurlOptions& options)
+    : store_(store), options_(options), board_(fields::kFrame, mesh.layout) {}
+
+void ScaleWriter::even_out(double mean_square) {
+  even_ = mean_square > 0.0 ? 1.0 / std::sqrt(mean_square) : 1.0;
+}
+
+void ScaleWriter::even_out(double mean, double variance) {
+  even_out(exact::exp(2.0 * options_.power * (mean + options_.power * variance)));
+}
+
+std::unique_ptr<SolutionTask<RealBlock>> ScaleWriter::tile(TileId id) {
+  return std::make_unique<Tile>(*this, id);
+}
+
+void ScaleWriter::finish() {
+  board_.finish(store_);
+}
+
 void apply_scale(Store& store, const ScanMesh& mesh, const CurlOptions& options, TaskGraph& tasks) {
   struct ScaleState {
     ChunkView<float> solution;
     ChunkView<float> area;
-    ChunkView<VertexFrame> old_frames;
-    std::vector<VertexFrame> frames;
     double area_sum = 0.0;
     double scaled_sum = 0.0;
-  };
-  const auto scale = [&](float log_v) {
-    const double x = static_cast<double>(log_v);
-    return exact::exp(options.power * std::clamp(x, -options.most_log, options.most_log));
   };
   double area_sum = 0.0;
   double scaled_sum = 0.0;
@@ -188,7 +225,7 @@ void apply_scale(Store& store, const ScanMesh& mesh, const CurlOptions& options,
       },
       [&](TileId, ScaleState& s) {
         for (std::size_t i = 0; i < s.area.size(); ++i) {
-          const double v = scale(s.solution[i]);
+          const double v = curl_scale(static_cast<double>(s.solution[i]), options);
           s.area_sum += static_cast<double>(s.area[i]);
           s.scaled_sum += static_cast<double>(s.area[i]) * v * v;
         }
@@ -197,22 +234,12 @@ void apply_scale(Store& store, const ScanMesh& mesh, const CurlOptions& options,
         area_sum += s.area_sum;
         scaled_sum += s.scaled_sum;
       });
-  const double even = scaled_sum > 0.0 ? std::sqrt(area_sum / scaled_sum) : 1.0;
-  BoardWriter<VertexFrame> writer(fields::kFrame, mesh.layout);
-  run_pass<ScaleState>(
-      tasks, "curl frames", mesh.layout.tile_count(),
-      [&](TileId id, ScaleState& s) {
-        s.solution = read(store, fields::kCurlSystem.solution, id);
-        s.old_frames = read(store, fields::kFrame, id);
-      },
-      [&](TileId, ScaleState& s) {
-        s.frames.assign(s.old_frames.begin(), s.old_frames.end());
-        for (std::size_t i = 0; i < s.frames.size(); ++i) {
-          s.frames[i].scale = static_cast<float>(even * scale(s.solution[i]));
-        }
-      },
-      [&](TileId id, ScaleState& s) { writer.commit(store, fields::kMeshHalo, id, s.frames); });
-  writer.finish(store);
+  ScaleWriter writer(store, mesh, options);
+  writer.even_out(area_sum > 0.0 ? scaled_sum / area_sum : 0.0);
+  SolveHooks<RealBlock> hooks;
+  hooks.consume = [&](TileId id) { return writer.tile(id); };
+  consume_solution(store, mesh.layout, fields::kCurlSystem.solution, hooks, tasks);
+  writer.finish();
 }
 
 }  // namespace rattan

@@ -12,7 +12,7 @@
 
 #include "engine/core/task_graph.h"
 #include "engine/field/field_data.h"
-#include "engine/solve/system.h"
+#include "engine/solve/solver.h"
 
 namespace rattan {
 
@@ -41,8 +41,33 @@ inline constexpr SystemFields<RealBlock> kCurlSystem{
 /// there: v has the geometric mean 1 on every component.
 void assemble_curl(Store& store, const ScanMesh& mesh, TaskGraph& tasks);
 
-/// Two passes: v = e^{power log v}, scaled so that the integral of v^2 is the area (the number of
-/// quads does not change); rewrites kFrame with its board.
+/// v = e^{power log v} from the solution of kCurlSystem, before it is made even; cut off.
+double curl_scale(double log_v, const CurlOptions& options);
+
+/// Rewrites kFrame with its scales, tile by tile in the pass that consumes the solution.
+class ScaleWriter {
+ public:
+  /// All must outlive the writer.
+  ScaleWriter(Store& store, const ScanMesh& mesh, const CurlOptions& options);
+  /// Before the pass: the mean of curl_scale^2 over the area. Scales are divided by its root, so
+  /// that the integral of v^2 is the area and the number of quads doesn't change.
+  void even_out(double mean_square);
+  /// Likewise, from the mean and variance of log v over the area: as if that were Gaussian, which
+  /// is within a percent of what it is.
+  void even_out(double mean, double variance);
+  std::unique_ptr<SolutionTask<RealBlock>> tile(TileId id);
+  /// After the pass: the board.
+  void finish();
+
+ private:
+  class Tile;
+  Store& store_;
+  CurlOptions options_;
+  double even_ = 1.0;
+  BoardWriter<VertexFrame> board_;
+};
+
+/// Two passes over a stored solution: its mean square, then the frames.
 void apply_scale(Store& store, const ScanMesh& mesh, const CurlOptions& options, TaskGraph& tasks);
 
 }  // namespace rattan

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <utility>
 
 namespace rattan {
 
@@ -33,6 +32,7 @@ struct SurfaceState {
   std::vector<Vec3f> normal;
   std::vector<float> area;
   std::vector<CurvatureMeasure> curvature;
+  Matching matching;
 };
 
 // Normal, area and raw curvature measure of every owned vertex, from its fan alone.
@@ -53,14 +53,14 @@ void surface_of_tile(const std::vector<Vec3f>& p, SurfaceState& s) {
     double t[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
     // The edge to `a` lies between the triangle before (unit normal n_before) and the one after.
     const auto fold = [&](const Vec3d& a, const Vec3d& n_right, const Vec3d& n_left) {
-      const Vec3d d = n_left - n_right;
-      const double bend = std::sqrt(d.squaredNorm());
-      const double length = std::sqrt(a.squaredNorm());
-      if (bend == 0.0 || length == 0.0) {
+      const double bend2 = (n_left - n_right).squaredNorm();
+      const double length2 = a.squaredNorm();
+      if (bend2 == 0.0 || length2 == 0.0) {
         return;
       }
       // Half of the edge belongs to either end: beta * (length / 2) * a a^T / length^2.
-      const double f = (n_right.cross(n_left).dot(a) < 0.0 ? 0.5 : -0.5) * bend / length;
+      const double f =
+          (n_right.cross(n_left).dot(a) < 0.0 ? 0.5 : -0.5) * std::sqrt(bend2 / length2);
       t[0] += f * a.x() * a.x();
       t[1] += f * a.y() * a.y();
       t[2] += f * a.z() * a.z();
@@ -69,7 +69,7 @@ void surface_of_tile(const std::vector<Vec3f>& p, SurfaceState& s) {
       t[5] += f * a.y() * a.z();
     };
     const auto unit = [](const Vec3d& c, double norm, const Vec3d& otherwise) -> Vec3d {
-      return norm > 1e-280 ? Vec3d(c / norm) : otherwise;
+      return norm > 1e-280 ? Vec3d(c * (1.0 / norm)) : otherwise;
     };
     Vec3d a = p[neighbor[open ? begin : end - 1]].cast<double>() - at;
     Vec3d n_before = Vec3d::Zero();
@@ -169,11 +169,11 @@ int curvature_rounds(const ScanMesh& mesh, double reach) {
 }
 
 double prepare_surface(Store& store, const ScanMesh& mesh, const GeometryOptions& options,
-                       TaskGraph& tasks) {
+                       TaskGraph& tasks, FirstMatching* matching) {
   const std::uint32_t tiles = mesh.layout.tile_count();
-  BoardWriter<Vec3f> normals(fields::kNormal, mesh.layout);
   double total_area = 0.0;
   {
+    BoardWriter<Vec3f> normals(fields::kNormal, mesh.layout);
     BoardWriter<CurvatureMeasure> curvature(fields::kCurvature, mesh.layout);
     run_pass<SurfaceState>(
         tasks, "surface", tiles,
@@ -185,6 +185,9 @@ double prepare_surface(Store& store, const ScanMesh& mesh, const GeometryOptions
           const std::vector<Vec3f> p = s.positions.gather();
           fan_weights(s.fans, p, options.energy, s.weight, s.diagonal);
           surface_of_tile(p, s);
+          if (matching != nullptr) {
+            s.matching = match_twice(s.fans.row_begin.span(), s.fans.neighbor.span(), s.weight);
+          }
         },
         [&](TileId id, SurfaceState& s) {
           write(store, fields::kEdgeWeight, id, s.weight);
@@ -192,6 +195,9 @@ double prepare_surface(Store& store, const ScanMesh& mesh, const GeometryOptions
           write(store, fields::kVertexArea, id, s.area);
           normals.commit(store, fields::kMeshHalo, id, s.normal);
           curvature.commit(store, fields::kMeshHalo, id, s.curvature);
+          if (matching != nullptr) {
+            matching->commit(id, s.matching);
+          }
           for (const float a : s.area) {
             total_area += static_cast<double>(a);
           }

@@ -5,6 +5,7 @@
 
 #include "engine/core/task_graph.h"
 #include "engine/field/field_data.h"
+#include "engine/solve/hierarchy.h"
 
 namespace rattan {
 
@@ -19,12 +20,13 @@ struct GeometryOptions {
 /// Rounds that average over about half of `reach` (a length) around each vertex.
 int curvature_rounds(const ScanMesh& mesh, double reach);
 
-/// One pass for weights, normals (area-weighted), areas and raw curvature, then one a round. Needs
-/// the vertex graph and kSmoothPosition; writes kEdgeWeight, kDiagonal, kNormal, kVertexArea,
-/// kCurvature. The first round also turns normals that point against their neighbours'. Returns the
-/// area of the low-passed surface.
+/// One pass for weights, normals (area-weighted), areas and raw curvature, then one a round, six at
+/// most. Needs the vertex graph and kSmoothPosition; writes kEdgeWeight, kDiagonal, kNormal,
+/// kVertexArea, kCurvature. The first round also turns normals that point against their
+/// neighbours'. Returns the area of the low-passed surface. `matching`: where the hierarchy can
+/// start from.
 double prepare_surface(Store& store, const ScanMesh& mesh, const GeometryOptions& options,
-                       TaskGraph& tasks);
+                       TaskGraph& tasks, FirstMatching* matching = nullptr);
 
 /// Principal directions in the plane of a tangent frame.
 struct PrincipalDirections {

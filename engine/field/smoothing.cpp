@@ -36,6 +36,7 @@ struct State {
   std::vector<ComplexBlock::Coefficient> coefficient;
   std::vector<float> fit;
   std::vector<Complex> rhs;
+  BorderGauges<ComplexBlock>::Tile gauges;
   double fit_sum = 0.0;
 };
 
@@ -221,7 +222,7 @@ void assemble_tile(State& s, const SmoothingOptions& options, const TileExtent& 
 }  // namespace
 
 double assemble_smoothing(Store& store, const ScanMesh& mesh, const SmoothingOptions& options,
-                          TaskGraph& tasks) {
+                          TaskGraph& tasks, BorderGauges<ComplexBlock>* gauges) {
   const SystemFields<ComplexBlock>& system = fields::kSmoothingSystem;
   double fit_sum = 0.0;
   run_pass<State>(
@@ -239,9 +240,19 @@ double assemble_smoothing(Store& store, const ScanMesh& mesh, const SmoothingOpt
         s.weight = read(store, fields::kEdgeWeight, id);
         s.diagonal = read(store, fields::kDiagonal, id);
         s.area = read(store, fields::kVertexArea, id);
+        if (gauges != nullptr) {
+          gauges->load(id, s.gauges);
+        }
       },
-      [&](TileId id, State& s) { assemble_tile(s, options, mesh.layout.tiles[id.value]); },
       [&](TileId id, State& s) {
+        assemble_tile(s, options, mesh.layout.tiles[id.value]);
+        BorderGauges<ComplexBlock>::compute(s.fans.row_begin.span(), s.fans.neighbor.span(),
+                                            s.coefficient, s.gauges);
+      },
+      [&](TileId id, State& s) {
+        if (gauges != nullptr) {
+          gauges->commit(id, s.gauges);
+        }
         write(store, system.coefficient, id, s.coefficient);
         write(store, system.fit, id, s.fit);
         write(store, system.rhs, id, s.rhs);
@@ -250,45 +261,58 @@ double assemble_smoothing(Store& store, const ScanMesh& mesh, const SmoothingOpt
   return fit_sum;
 }
 
-void write_frames(Store& store, const ScanMesh& mesh, const SmoothingOptions& options,
-                  TaskGraph& tasks) {
-  struct FrameState {
-    ChunkView<Complex> solution;
-    HaloView<Vec3f> position;
-    ChunkView<Vec3f> normal;
-    ChunkView<std::uint64_t> halo_ids;
-    std::vector<VertexFrame> frames;
-  };
-  // Directions that come with the scan count for more than its curves.
-  const bool features = follows_features(options) && !has_wanted_directions(store);
-  const int n = static_cast<int>(options.symmetry);
-  BoardWriter<VertexFrame> writer(fields::kFrame, mesh.layout);
-  run_pass<FrameState>(
-      tasks, "frames", mesh.layout.tile_count(),
-      [&](TileId id, FrameState& s) {
-        s.solution = read(store, fields::kSmoothingSystem.solution, id);
-        s.position.load(store, fields::kSmoothPosition, fields::kMeshHalo, id);
-        s.normal = read(store, fields::kNormal, id);
-        s.halo_ids = read(store, fields::kMeshHalo.halo_ids, id);
-      },
-      [&](TileId id, FrameState& s) {
-        s.frames.resize(s.normal.size());
-        for (std::size_t i = 0; i < s.frames.size(); ++i) {
-          const TangentFrame f = tangent_frame(s.normal[i].cast<double>());
-          const Complexd z(static_cast<double>(s.solution[i].real()),
-                           static_cast<double>(s.solution[i].imag()));
-          const Complexd a = symmetry_root(unit_or(z, Complexd(1.0, 0.0)), n);
-          const Vec3d k = a.real() * f.x + a.imag() * f.y;
-          s.frames[i] = {s.position.owned[i], s.normal[i], k.cast<float>(), 1.0F, 0};
-        }
-        if (features) {
-          const TileExtent& extent = mesh.layout.tiles[id.value];
-          follow_curves(options.features->of_tile(extent, s.halo_ids.span()), s.position.gather(),
-                        options.pin, s.frames);
-        }
-      },
-      [&](TileId id, FrameState& s) { writer.commit(store, fields::kMeshHalo, id, s.frames); });
-  writer.finish(store);
+class FrameWriter::Tile final : public SolutionTask<ComplexBlock> {
+ public:
+  Tile(FrameWriter& writer, TileId id) : writer_(writer), id_(id) {}
+  void load() override {
+    Store& store = writer_.store_;
+    position_.load(store, fields::kSmoothPosition, fields::kMeshHalo, id_);
+    normal_ = read(store, fields::kNormal, id_);
+    halo_ids_ = read(store, fields::kMeshHalo.halo_ids, id_);
+  }
+  void compute(std::span<const Complex> solution) override {
+    const SmoothingOptions& options = writer_.options_;
+    const int n = static_cast<int>(options.symmetry);
+    frames_.resize(normal_.size());
+    for (std::size_t i = 0; i < frames_.size(); ++i) {
+      const TangentFrame f = tangent_frame(normal_[i].cast<double>());
+      const Complexd z(static_cast<double>(solution[i].real()),
+                       static_cast<double>(solution[i].imag()));
+      const Complexd a = symmetry_root(unit_or(z, Complexd(1.0, 0.0)), n);
+      const Vec3d k = a.real() * f.x + a.imag() * f.y;
+      frames_[i] = {position_.owned[i], normal_[i], k.cast<float>(), 1.0F, 0};
+    }
+    if (writer_.features_) {
+      const TileExtent& extent = writer_.mesh_.layout.tiles[id_.value];
+      follow_curves(options.features->of_tile(extent, halo_ids_.span()), position_.gather(),
+                    options.pin, frames_);
+    }
+  }
+  void commit() override { writer_.board_.commit(writer_.store_, fields::kMeshHalo, id_, frames_); }
+
+ private:
+  FrameWriter& writer_;
+  TileId id_;
+  HaloView<Vec3f> position_;
+  ChunkView<Vec3f> normal_;
+  ChunkView<std::uint64_t> halo_ids_;
+  std::vector<VertexFrame> frames_;
+};
+
+// Directions that come with the scan count for more than its curves.
+FrameWriter::FrameWriter(Store& store, const ScanMesh& mesh, const SmoothingOptions& options)
+    : store_(store),
+      mesh_(mesh),
+      options_(options),
+      features_(follows_features(options) && !has_wanted_directions(store)),
+      board_(fields::kFrame, mesh.layout) {}
+
+std::unique_ptr<SolutionTask<ComplexBlock>> FrameWriter::tile(TileId id) {
+  return std::make_unique<Tile>(*this, id);
+}
+
+void FrameWriter::finish() {
+  board_.finish(store_);
 }
 
 }  // namespace rattan

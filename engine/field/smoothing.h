@@ -12,7 +12,8 @@
 #include "engine/core/task_graph.h"
 #include "engine/field/field_data.h"
 #include "engine/mesh/features.h"
-#include "engine/solve/system.h"
+#include "engine/solve/border_gauges.h"
+#include "engine/solve/solver.h"
 
 namespace rattan {
 
@@ -43,13 +44,28 @@ inline constexpr SystemFields<ComplexBlock> kSmoothingSystem{
 /// kSmoothPosition and the graph. Directions that come with the scan (kWantedDirection) take the
 /// place of curvature everywhere, and of the boundary where they say something. Returns the sum of
 /// d_i over the scan: 0 if nothing says where to point, as on a plane without boundary alignment.
+/// `gauges`: what the solve's coarsening needs, found on the way.
 double assemble_smoothing(Store& store, const ScanMesh& mesh, const SmoothingOptions& options,
-                          TaskGraph& tasks);
+                          TaskGraph& tasks, BorderGauges<ComplexBlock>* gauges = nullptr);
 
-/// One pass: directions from the solution; writes kFrame (scale 1) with its board. Where the
+/// Turns the solution into kFrame (scale 1), tile by tile in the pass that consumes it. Where the
 /// solution vanishes, any direction serves. On feature curves that the solution follows, K or
 /// K_perp is set to the tangent itself, and pinned.
-void write_frames(Store& store, const ScanMesh& mesh, const SmoothingOptions& options,
-                  TaskGraph& tasks);
+class FrameWriter {
+ public:
+  /// All must outlive the writer.
+  FrameWriter(Store& store, const ScanMesh& mesh, const SmoothingOptions& options);
+  std::unique_ptr<SolutionTask<ComplexBlock>> tile(TileId id);
+  /// After the pass: the board.
+  void finish();
+
+ private:
+  class Tile;
+  Store& store_;
+  const ScanMesh& mesh_;
+  const SmoothingOptions& options_;
+  bool features_;  ///< whether curves are followed
+  BoardWriter<VertexFrame> board_;
+};
 
 }  // namespace rattan

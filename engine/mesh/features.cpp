@@ -27,20 +27,19 @@ constexpr double kContrast = 2.5;
 constexpr std::size_t kMostSharp = 6;
 
 struct State {
-  FanView fans;
-  ChunkView<Vec3f> positions;
-  ChunkView<std::uint64_t> halo_ids;
+  TileMesh tile;
+  ChunkView<std::uint8_t> flags;
+  VertexFans fans;
   std::vector<FeatureCandidate> found;
 };
 
 /// Candidates as seen from the tile's owned vertices.
-void search_tile(State& s, std::uint64_t first_id, const FeatureOptions& options,
-                 double weak_bend) {
-  const std::uint32_t owned = s.fans.owned();
-  const std::uint32_t* row = s.fans.row_begin.span().data();
-  const std::uint32_t* neighbor = s.fans.neighbor.span().data();
-  const Vec3f* p = s.positions.span().data();
-  const auto id = [&](std::uint32_t v) { return v < owned ? first_id + v : s.halo_ids[v - owned]; };
+void search_tile(State& s, const FeatureOptions& options, double weak_bend) {
+  const std::uint32_t owned = s.tile.extent.owned;
+  const std::uint32_t* row = s.fans.row_begin.data();
+  const std::uint32_t* neighbor = s.fans.neighbor.data();
+  const Vec3f* p = s.tile.positions.span().data();
+  const auto id = [&](std::uint32_t v) { return s.tile.global_id(v); };
   const auto add = [&](std::uint32_t i, std::uint32_t j, double bend, double rest, bool boundary) {
     FeatureCandidate c;
     const bool up = id(i) < id(j);
@@ -62,7 +61,7 @@ void search_tile(State& s, std::uint64_t first_id, const FeatureOptions& options
     if (end - begin < 2) {
       continue;
     }
-    const bool open = (s.fans.flags[i] & kOnBoundary) != 0;
+    const bool open = (s.flags[i] & kOnBoundary) != 0;
     if (open) {
       // Each boundary edge once, from its lower end.
       for (const std::uint32_t j : {neighbor[begin], neighbor[end - 1]}) {
@@ -209,7 +208,7 @@ std::vector<std::array<std::uint32_t, 2>> FeatureSet::tile_creases(const TileMes
 }
 
 FeatureSet find_features(Store& store, const ScanMesh& mesh, const FeatureOptions& options,
-                         TaskGraph& tasks) {
+                         TaskGraph& tasks, bool make_graph) {
   const double weak =
       exact::sincos(0.5 * kWeakShare * options.crease_degrees / 180.0 * exact::kPi).sin;
   const double strong = exact::sincos(0.5 * options.crease_degrees / 180.0 * exact::kPi).sin;
@@ -217,16 +216,21 @@ FeatureSet find_features(Store& store, const ScanMesh& mesh, const FeatureOption
   run_pass<State>(
       tasks, "features", mesh.layout.tile_count(),
       [&](TileId id, State& s) {
-        s.fans.load(store, id);
-        s.positions = read(store, fields::kPosition, id);
-        s.halo_ids = read(store, fields::kMeshHalo.halo_ids, id);
+        s.tile = load_tile(store, mesh, id);
+        s.flags = read(store, fields::kVertexFlag, id);
       },
       [&](TileId id, State& s) {
         const TileExtent& extent = mesh.layout.tiles[id.value];
-        search_tile(s, extent.first, options, 4.0 * weak * weak);
+        s.fans = build_fans(s.tile);
+        search_tile(s, options, 4.0 * weak * weak);
         builder.reduce_tile(extent.first, extent.owned, s.found);
       },
-      [&](TileId, State& s) { builder.add(s.found); });
+      [&](TileId id, State& s) {
+        builder.add(s.found);
+        if (make_graph) {
+          write_fans(store, id, s.fans);
+        }
+      });
   return builder.finish();
 }
 

@@ -95,11 +95,11 @@ class FeatureSet {
   std::uint32_t curves_ = 0;
 };
 
-/// One pass over the tiles; needs the vertex graph. An edge is a candidate if it is sharp as seen
-/// from both its ends: by its angle, and clearly sharper than what else bends there. Candidates are
-/// chained; weak curves, short spurs and short components go. The result depends on neither tiles
-/// nor threads.
+/// One pass over the tiles; with `make_graph` it leaves the vertex graph, too. An edge is a
+/// candidate if it is sharp as seen from both its ends: by its angle, and clearly sharper than what
+/// else bends there. Candidates are chained; weak curves, short spurs and short components go. The
+/// result depends on neither tiles nor threads.
 FeatureSet find_features(Store& store, const ScanMesh& mesh, const FeatureOptions& options,
-                         TaskGraph& tasks);
+                         TaskGraph& tasks, bool make_graph = false);
 
 }  // namespace rattan

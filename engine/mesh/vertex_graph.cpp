@@ -141,6 +141,11 @@ VertexFans build_fans(const TileMesh& mesh) {
   return fans;
 }
 
+void write_fans(Store& store, TileId tile, const VertexFans& fans) {
+  write(store, fields::kRowBegin, tile, fans.row_begin);
+  write(store, fields::kNeighbor, tile, fans.neighbor);
+}
+
 void build_vertex_graph(Store& store, const ScanMesh& mesh, TaskGraph& tasks) {
   struct State {
     TileMesh tile;
@@ -150,10 +155,7 @@ void build_vertex_graph(Store& store, const ScanMesh& mesh, TaskGraph& tasks) {
       tasks, "graph", mesh.layout.tile_count(),
       [&](TileId t, State& s) { s.tile = load_tile(store, mesh, t); },
       [](TileId, State& s) { s.fans = build_fans(s.tile); },
-      [&](TileId t, State& s) {
-        write(store, fields::kRowBegin, t, s.fans.row_begin);
-        write(store, fields::kNeighbor, t, s.fans.neighbor);
-      });
+      [&](TileId t, State& s) { write_fans(store, t, s.fans); });
 }
 
 void fan_weights(const FanView& fans, std::span<const Vec3f> positions, EdgeEnergy energy,
@@ -178,31 +180,29 @@ void fan_weights(const FanView& fans, std::span<const Vec3f> positions, EdgeEner
       continue;
     }
     const Vec3d p = positions[i].cast<double>();
-    // Each triangle (i, a, b) of the fan gives its angle at b to the edge to a and the other way.
-    const std::uint32_t first = begin;
-    std::uint32_t before = open ? begin : end - 1;
-    double from_before = 0.0;  // share of the triangle before, for the edge being finished
-    Vec3d a = positions[neighbor[before]].cast<double>();
-    double first_left = 0.0;
-    for (std::uint32_t k = open ? begin + 1 : begin; k < end; ++k) {
-      const Vec3d b = positions[neighbor[k]].cast<double>();
-      const double to_a = half_cotangent(b, p, a);
-      const double to_b = half_cotangent(a, p, b);
-      if (!open && k == first) {
-        first_left = to_a;  // the last edge of a closed row: finished at the end
-      } else {
-        weight[before] =
-            static_cast<float>(std::clamp(to_a + from_before, kLowestWeight, kHighestWeight));
-      }
-      from_before = to_b;
-      before = k;
-      a = b;
-    }
-    if (end > begin) {
-      weight[end - 1] =
-          static_cast<float>(std::clamp(first_left + from_before, kLowestWeight, kHighestWeight));
-    }
+    // The weight of an edge is half the cotangents of the angles at the neighbours before and
+    // after. An edge to an owned vertex that comes earlier has been done from there.
     for (std::uint32_t k = begin; k < end; ++k) {
+      const std::uint32_t j = neighbor[k];
+      if (j < i) {
+        std::uint32_t back = row[j];
+        while (neighbor[back] != i) {
+          ++back;
+        }
+        weight[k] = weight[back];
+      } else {
+        const Vec3d a = positions[j].cast<double>();
+        double w = 0.0;
+        if (!open || k + 1 < end) {
+          const std::uint32_t next = neighbor[k + 1 < end ? k + 1 : begin];
+          w += half_cotangent(positions[next].cast<double>(), p, a);
+        }
+        if (!open || k > begin) {
+          const std::uint32_t before = neighbor[k > begin ? k - 1 : end - 1];
+          w += half_cotangent(positions[before].cast<double>(), p, a);
+        }
+        weight[k] = static_cast<float>(std::clamp(w, kLowestWeight, kHighestWeight));
+      }
       sum += static_cast<double>(weight[k]);
     }
     diagonal[i] = static_cast<float>(sum);

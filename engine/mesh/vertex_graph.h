@@ -46,6 +46,9 @@ struct FanView {
 /// Sorts the triangles of one tile into fans. Linear time; needs manifold vertices (InternalError).
 VertexFans build_fans(const TileMesh& mesh);
 
+/// As kRowBegin and kNeighbor.
+void write_fans(Store& store, TileId tile, const VertexFans& fans);
+
 /// One pass: writes kRowBegin and kNeighbor.
 void build_vertex_graph(Store& store, const ScanMesh& mesh, TaskGraph& tasks);
 

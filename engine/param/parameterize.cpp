@@ -7,6 +7,7 @@
 
 #include "engine/core/packed_chunk.h"
 #include "engine/param/periodic_energy.h"
+#include "engine/solve/hierarchy.h"
 #include "engine/solve/hierarchy_record.h"
 
 namespace rattan {
@@ -15,17 +16,31 @@ namespace {
 
 // Below 1 / (1000 edges) curvature is noise: planes get no say in the field.
 constexpr double kFlatEdges = 1000.0;
+// From this power on, what one more cycle adds to log v matters.
+constexpr double kWholeCurl = 0.5;
 
 constexpr std::string_view kFeatures = "features/set";
+
+// A system's border gauges, from the step that assembles it to the one that solves it.
+constexpr Field<BlockOps<ComplexBlock>::Coefficient> kSmoothingGauges{"smoothing/border_gauge"};
+constexpr Field<BlockOps<PairBlock>::Coefficient> kPhaseGauges{"param/border_gauge"};
+
+template <class T>
+HaloBoard<T> take_board(Store& store, Field<T> field) {
+  const ChunkView<T> view = read(store, field, kBoardTile);
+  HaloBoard<T> board(view.begin(), view.end());
+  store.erase(field.name);
+  return board;
+}
 
 template <class Block>
 SolveReport solve(Store& store, const ScanMesh& mesh, const SystemFields<Block>& system,
                   const SurfaceField& field, const SolveOptions& options, bool reference,
-                  const char* name, TaskGraph& tasks) {
+                  const char* name, TaskGraph& tasks, SolveHooks<Block>& hooks) {
   SolveReport report =
       reference ? solve_reference(store, mesh.layout, fields::kMeshHalo, system, options, tasks)
                 : solve_nested(store, mesh.layout, fields::kMeshHalo, system, *field.hierarchy,
-                               options, tasks);
+                               options, tasks, &hooks);
   report.system = name;
   // Only the solution is needed from here on.
   for (const std::string_view used : {system.fit.name, system.rhs.name}) {
@@ -52,9 +67,7 @@ SurfaceField prepare_geometry(Store& store, const ScanMesh& mesh, const FieldOpt
   SurfaceField field;
   field.options = options;
   Steps& steps = tasks.steps();
-  if (previous == nullptr) {
-    steps.run("vertex graph", [&] { build_vertex_graph(store, mesh, tasks); });
-  }
+  const bool make_graph = previous == nullptr;
   FeatureOptions features = options.features;
   features.side = std::max(options.quad_side, mesh.mean_edge_length);
   field.low_pass.radius = capped_low_pass_radius(mesh, options.low_pass * options.quad_side);
@@ -62,8 +75,15 @@ SurfaceField prepare_geometry(Store& store, const ScanMesh& mesh, const FieldOpt
   field.geometry.curvature_rounds =
       curvature_rounds(mesh, options.curvature_reach * options.quad_side);
   const bool same_surface = steps.run("features", [&] {
-    field.features = std::make_shared<const FeatureSet>(
-        options.find_features ? find_features(store, mesh, features, tasks) : FeatureSet{});
+    if (options.find_features) {
+      field.features = std::make_shared<const FeatureSet>(
+          find_features(store, mesh, features, tasks, make_graph));
+    } else {
+      field.features = std::make_shared<const FeatureSet>();
+      if (make_graph) {
+        build_vertex_graph(store, mesh, tasks);
+      }
+    }
     const bool same =
         previous != nullptr && field.features->empty() && previous->features->empty() &&
         field.low_pass.radius == previous->low_pass.radius && field.geometry == previous->geometry;
@@ -82,13 +102,14 @@ SurfaceField prepare_geometry(Store& store, const ScanMesh& mesh, const FieldOpt
     return field;
   }
   steps.run("low-pass", [&] { low_pass_positions(store, mesh, field.low_pass, tasks); });
-  field.area =
-      steps.run("surface", [&] { return prepare_surface(store, mesh, field.geometry, tasks); });
-  steps.run("hierarchy", [&] {
+  field.area = steps.run("surface", [&] {
+    FirstMatching matching(store, mesh.layout, fields::kMeshHalo);
+    const double area = prepare_surface(store, mesh, field.geometry, tasks, &matching);
     field.hierarchy = build_hierarchy(store, mesh.layout, fields::kMeshHalo,
                                       {fields::kRowBegin, fields::kNeighbor, fields::kEdgeWeight},
-                                      options.hierarchy, tasks);
+                                      options.hierarchy, tasks, &matching);
     save_hierarchy(store, *field.hierarchy);
+    return area;
   });
   if (!field.hierarchy) {
     field.hierarchy = load_hierarchy(store);
@@ -106,14 +127,27 @@ void smooth_field(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskG
   smoothing.features = field.features.get();
   smoothing.pin = options.pin_features;
   Steps& steps = tasks.steps();
-  steps.run("smoothing system", [&] { assemble_smoothing(store, mesh, smoothing, tasks); });
+  steps.run("smoothing system", [&] {
+    BorderGauges<ComplexBlock> gauges(*field.hierarchy);
+    assemble_smoothing(store, mesh, smoothing, tasks, &gauges);
+    write(store, kSmoothingGauges, kBoardTile, gauges.take());
+  });
   field.reports.push_back(steps.run("smoothing", [&] {
-    SolveReport report = solve(store, mesh, fields::kSmoothingSystem, field,
-                               options.smoothing_solve, options.reference, "smoothing", tasks);
+    FrameWriter frames(store, mesh, smoothing);
+    SolveHooks<ComplexBlock> hooks;
+    hooks.border_gauges = take_board(store, kSmoothingGauges);
+    hooks.consume = [&](TileId id) { return frames.tile(id); };
+    SolveReport report =
+        solve(store, mesh, fields::kSmoothingSystem, field, options.smoothing_solve,
+              options.reference, "smoothing", tasks, hooks);
     store.erase(fields::kSmoothingSystem.coefficient.name);
+    if (!hooks.consumed) {
+      consume_solution(store, mesh.layout, fields::kSmoothingSystem.solution, hooks, tasks);
+      store.erase(fields::kSmoothingSystem.solution.name);
+    }
+    frames.finish();
     return report;
   }));
-  steps.run("frames", [&] { write_frames(store, mesh, smoothing, tasks); });
 }
 
 void correct_curl(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskGraph& tasks) {
@@ -123,13 +157,27 @@ void correct_curl(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskG
   }
   CurlOptions curl;
   curl.power = options.curl_power;
+  SolveOptions solve_options = options.curl_solve;
+  if (curl.power > kWholeCurl) {
+    solve_options.cycles = std::max(solve_options.cycles, 2);
+  }
   Steps& steps = tasks.steps();
   steps.run("curl system", [&] { assemble_curl(store, mesh, tasks); });
   field.reports.push_back(steps.run("curl", [&] {
-    return solve(store, mesh, fields::kCurlSystem, field, options.curl_solve, options.reference,
-                 "curl", tasks);
+    ScaleWriter scales(store, mesh, curl);
+    SolveHooks<RealBlock> hooks;
+    hooks.moments = [&](double mean, double variance) { scales.even_out(mean, variance); };
+    hooks.consume = [&](TileId id) { return scales.tile(id); };
+    SolveReport report = solve(store, mesh, fields::kCurlSystem, field, solve_options,
+                               options.reference, "curl", tasks, hooks);
+    if (hooks.consumed) {
+      scales.finish();
+    } else {
+      apply_scale(store, mesh, curl, tasks);
+      store.erase(fields::kCurlSystem.solution.name);
+    }
+    return report;
   }));
-  steps.run("curl scale", [&] { apply_scale(store, mesh, curl, tasks); });
 }
 
 SolveReport parameterize(Store& store, const ScanMesh& mesh, const SurfaceField& field,
@@ -141,17 +189,21 @@ SolveReport parameterize(Store& store, const ScanMesh& mesh, const SurfaceField&
              : (pinned ? fields::kPinnedPhaseSystem : fields::kPhaseSystem);
   Steps& steps = tasks.steps();
   steps.run("phase system", [&] {
+    BorderGauges<PairBlock> gauges(*field.hierarchy);
     if (pulled) {
-      assemble_pulled_phase(store, mesh, options.omega, tasks);
+      assemble_pulled_phase(store, mesh, options.omega, tasks, &gauges);
     } else if (pinned) {
-      assemble_pinned_phase(store, mesh, options.omega, tasks);
+      assemble_pinned_phase(store, mesh, options.omega, tasks, &gauges);
     } else {
-      assemble_phase(store, mesh, options.omega, tasks);
+      assemble_phase(store, mesh, options.omega, tasks, &gauges);
     }
+    write(store, kPhaseGauges, kBoardTile, gauges.take());
   });
   return steps.run("phase", [&] {
+    SolveHooks<PairBlock> hooks;
+    hooks.border_gauges = take_board(store, kPhaseGauges);
     SolveReport report = solve(store, mesh, system, field, options.solve, options.reference,
-                               "parameterization", tasks);
+                               "parameterization", tasks, hooks);
     store.erase(system.coefficient.name);
     if (pinned) {
       store.erase(system.part_diagonal.name);

@@ -50,7 +50,8 @@ struct FieldOptions {
                                .newton_steps = 0,
                                .tolerance = 1e-2F,
                                .unit_norm = true};
-  SolveOptions curl_solve{.penalty = 0.0F, .coarse_stiffness = 0.5F, .tolerance = 1e-2F};
+  SolveOptions curl_solve{
+      .penalty = 0.0F, .coarse_stiffness = 0.5F, .tolerance = 1e-2F, .cycles = 1};
   bool reference = false;
 };
 

@@ -17,9 +17,13 @@ struct State {
   ChunkView<std::uint64_t> halo_ids;
   ChunkView<float> weight;
   std::vector<PairBlock::Coefficient> coefficient;
+  BorderGauges<PairBlock>::Tile gauges;
 };
 
-void load_state(Store& store, TileId id, State& s) {
+void load_state(Store& store, TileId id, const BorderGauges<PairBlock>* gauges, State& s) {
+  if (gauges != nullptr) {
+    gauges->load(id, s.gauges);
+  }
   s.fans.load(store, id);
   s.frames.load(store, fields::kFrame, fields::kMeshHalo, id);
   s.halo_ids = read(store, fields::kMeshHalo.halo_ids, id);
@@ -54,6 +58,14 @@ void assemble_tile(State& s, std::uint64_t first, double omega) {
         s.coefficient[back] = adjoint(c);
       }
     }
+  }
+  BorderGauges<PairBlock>::compute(s.fans.row_begin.span(), s.fans.neighbor.span(), s.coefficient,
+                                   s.gauges);
+}
+
+void commit_gauges(BorderGauges<PairBlock>* gauges, TileId id, const State& s) {
+  if (gauges != nullptr) {
+    gauges->commit(id, s.gauges);
   }
 }
 
@@ -110,7 +122,8 @@ PairBlock::Coefficient pair_coefficient(const EdgeGauge& gauge, float weight) {
           Complex(static_cast<float>(w * b.cos), static_cast<float>(-w * b.sin)), gauge.r};
 }
 
-void assemble_pulled_phase(Store& store, const ScanMesh& mesh, double omega, TaskGraph& tasks) {
+void assemble_pulled_phase(Store& store, const ScanMesh& mesh, double omega, TaskGraph& tasks,
+                           BorderGauges<PairBlock>* gauges) {
   struct PulledState {
     State plain;
     ChunkView<float> diagonal;
@@ -121,7 +134,7 @@ void assemble_pulled_phase(Store& store, const ScanMesh& mesh, double omega, Tas
   run_pass<PulledState>(
       tasks, "phase", mesh.layout.tile_count(),
       [&](TileId id, PulledState& s) {
-        load_state(store, id, s.plain);
+        load_state(store, id, gauges, s.plain);
         s.diagonal = read(store, fields::kDiagonal, id);
       },
       [&](TileId id, PulledState& s) {
@@ -137,13 +150,15 @@ void assemble_pulled_phase(Store& store, const ScanMesh& mesh, double omega, Tas
         }
       },
       [&](TileId id, PulledState& s) {
+        commit_gauges(gauges, id, s.plain);
         write(store, system.coefficient, id, s.plain.coefficient);
         write(store, system.rhs, id, s.rhs);
         write(store, system.part_diagonal, id, s.pull);
       });
 }
 
-void assemble_pinned_phase(Store& store, const ScanMesh& mesh, double omega, TaskGraph& tasks) {
+void assemble_pinned_phase(Store& store, const ScanMesh& mesh, double omega, TaskGraph& tasks,
+                           BorderGauges<PairBlock>* gauges) {
   struct PinnedState {
     State plain;
     ChunkView<float> diagonal;
@@ -153,7 +168,7 @@ void assemble_pinned_phase(Store& store, const ScanMesh& mesh, double omega, Tas
   run_pass<PinnedState>(
       tasks, "phase", mesh.layout.tile_count(),
       [&](TileId id, PinnedState& s) {
-        load_state(store, id, s.plain);
+        load_state(store, id, gauges, s.plain);
         s.diagonal = read(store, fields::kDiagonal, id);
       },
       [&](TileId id, PinnedState& s) {
@@ -161,6 +176,7 @@ void assemble_pinned_phase(Store& store, const ScanMesh& mesh, double omega, Tas
         s.rows = pin_rows(s.plain, s.plain.frames.owned.span(), s.diagonal.span());
       },
       [&](TileId id, PinnedState& s) {
+        commit_gauges(gauges, id, s.plain);
         write(store, system.row_begin, id, s.rows.row_begin);
         write(store, system.neighbor, id, s.rows.neighbor);
         write(store, system.coefficient, id, s.rows.coefficient);
@@ -168,12 +184,14 @@ void assemble_pinned_phase(Store& store, const ScanMesh& mesh, double omega, Tas
       });
 }
 
-void assemble_phase(Store& store, const ScanMesh& mesh, double omega, TaskGraph& tasks) {
+void assemble_phase(Store& store, const ScanMesh& mesh, double omega, TaskGraph& tasks,
+                    BorderGauges<PairBlock>* gauges) {
   run_pass<State>(
       tasks, "phase", mesh.layout.tile_count(),
-      [&](TileId id, State& s) { load_state(store, id, s); },
+      [&](TileId id, State& s) { load_state(store, id, gauges, s); },
       [&](TileId id, State& s) { assemble_tile(s, mesh.layout.tiles[id.value].first, omega); },
       [&](TileId id, State& s) {
+        commit_gauges(gauges, id, s);
         write(store, fields::kPhaseSystem.coefficient, id, s.coefficient);
       });
 }

@@ -7,6 +7,7 @@
 #include "engine/core/task_graph.h"
 #include "engine/mesh/vertex_graph.h"
 #include "engine/param/phase_fields.h"
+#include "engine/solve/border_gauges.h"
 
 namespace rattan {
 
@@ -49,14 +50,17 @@ inline PairValue apply(const PairBlock::Coefficient& c, const PairValue& x) {
 
 /// One pass: writes the coefficients of kPhaseSystem (no fit, no rhs) from kFrame and the graph.
 /// `omega`: the period, a length.
-void assemble_phase(Store& store, const ScanMesh& mesh, double omega, TaskGraph& tasks);
+void assemble_phase(Store& store, const ScanMesh& mesh, double omega, TaskGraph& tasks,
+                    BorderGauges<PairBlock>* gauges = nullptr);
 
 /// The same for kPulledPhaseSystem: adds p |U - 1|^2 for every U pinned, likewise for V, which
 /// holds their angles at 0.
-void assemble_pulled_phase(Store& store, const ScanMesh& mesh, double omega, TaskGraph& tasks);
+void assemble_pulled_phase(Store& store, const ScanMesh& mesh, double omega, TaskGraph& tasks,
+                           BorderGauges<PairBlock>* gauges = nullptr);
 
 /// The same for kPinnedPhaseSystem: adds p Im(U)^2 for every U pinned, likewise for V, which holds
 /// their angles at 0 or pi: on lines, if their number a period is even.
-void assemble_pinned_phase(Store& store, const ScanMesh& mesh, double omega, TaskGraph& tasks);
+void assemble_pinned_phase(Store& store, const ScanMesh& mesh, double omega, TaskGraph& tasks,
+                           BorderGauges<PairBlock>* gauges = nullptr);
 
 }  // namespace rattan

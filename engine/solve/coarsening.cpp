@@ -232,8 +232,10 @@ SystemHierarchy<Block>::~SystemHierarchy() {
           l.store->erase(name);
         }
       }
-      l.store->erase(l.residual.name);
-      l.store->erase(l.correction.name);
+      for (const std::string_view name :
+           {l.residual.name, l.correction.name, l.base.name, l.product.name}) {
+        l.store->erase(name);
+      }
     } catch (const Error&) {
       // Scratch that cannot be erased costs disk space, nothing else.
     }
@@ -242,7 +244,8 @@ SystemHierarchy<Block>::~SystemHierarchy() {
 
 template <class Block>
 void coarsen_system(SystemHierarchy<Block>& out, Store& store, const SystemFields<Block>& system,
-                    const Hierarchy& hierarchy, float coarse_stiffness, TaskGraph& tasks) {
+                    const Hierarchy& hierarchy, float coarse_stiffness, TaskGraph& tasks,
+                    HaloBoard<Coefficient<Block>> border_gauges) {
   out.hierarchy = &hierarchy;
   out.levels.resize(hierarchy.levels.size());
   for (std::size_t k = 0; k < out.levels.size(); ++k) {
@@ -253,6 +256,8 @@ void coarsen_system(SystemHierarchy<Block>& out, Store& store, const SystemField
     l.level = &hierarchy.levels[k];
     l.residual = {name("residual")};
     l.correction = {name("correction")};
+    l.base = {name("base")};
+    l.product = {name("product")};
     if (k == 0) {
       l.finest = &system;
       l.store = &store;
@@ -270,13 +275,17 @@ void coarsen_system(SystemHierarchy<Block>& out, Store& store, const SystemField
     }
   }
   for (std::size_t k = 0; k + 1 < out.levels.size(); ++k) {
+    const std::uint64_t before = tasks.passes();
     if constexpr (BlockOps<Block>::kPeriodic) {
-      publish_gauges(out.levels[k], tasks);
+      SystemLevel<Block>& fine = out.levels[k];
+      if (k == 0 && border_gauges.size() == fine.level->layout.border_count) {
+        fine.border_gauge = std::move(border_gauges);
+      } else {
+        publish_gauges(fine, tasks);
+      }
     }
     galerkin(out.levels[k], out.levels[k + 1], coarse_stiffness, tasks);
-    if (k == 0) {
-      out.finest_passes = BlockOps<Block>::kPeriodic ? 2 : 1;
-    }
+    out.finest_passes += tasks.passes() - before;
   }
 }
 
@@ -306,7 +315,8 @@ HaloBoard<Value<Block>> prolong_border(const SystemLevel<Block>& fine,
 #define RATTAN_INSTANTIATE(Block)                                                           \
   template struct SystemHierarchy<Block>;                                                   \
   template void coarsen_system(SystemHierarchy<Block>&, Store&, const SystemFields<Block>&, \
-                               const Hierarchy&, float, TaskGraph&);                        \
+                               const Hierarchy&, float, TaskGraph&,                         \
+                               HaloBoard<Coefficient<Block>>);                              \
   template HaloBoard<Value<Block>> prolong_border(const SystemLevel<Block>&,                \
                                                   const SystemLevel<Block>&, Field<Value<Block>>);
 RATTAN_FOR_EACH_BLOCK(RATTAN_INSTANTIATE)

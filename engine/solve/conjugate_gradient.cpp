@@ -26,7 +26,8 @@ class Solver {
       : system_(system),
         problem_(problem),
         tasks_(tasks),
-        finest_(system.levels[0]),
+        first_(problem.level),
+        finest_(system.levels[first_]),
         board_p_(finest_.level->layout.border_count, zero_value<Block>()) {
     problem_.board->assign(board_p_.size(), zero_value<Block>());
   }
@@ -74,7 +75,9 @@ class Solver {
   static constexpr Field<Value<Block>> kDirection{"solve/cg_direction"};
   static constexpr Field<Value<Block>> kProduct{"solve/cg_product"};
 
-  bool has_coarse() const { return system_.levels.size() > 1; }
+  bool has_coarse() const { return first_ + 1 < system_.levels.size(); }
+  SystemLevel<Block>& next() { return system_.levels[first_ + 1]; }
+  PassOver over() const { return finest_.level->pass_over(); }
 
   // x += alpha p, r -= alpha q, and r restricted to the next level. Returns |r|^2.
   double advance(double alpha, Step step) {
@@ -89,8 +92,7 @@ class Solver {
     double norm2 = 0.0;
     std::unique_ptr<CoarseWriter<Block>> writer;
     if (has_coarse()) {
-      writer = std::make_unique<CoarseWriter<Block>>(finest_, system_.levels[1],
-                                                     system_.levels[1].residual);
+      writer = std::make_unique<CoarseWriter<Block>>(finest_, next(), next().residual);
     }
     run_pass<State>(
         tasks_, "conjugate gradients", level.layout.tile_count(),
@@ -137,7 +139,8 @@ class Solver {
           if (has_coarse()) {
             writer->add(t, s.sums);
           }
-        });
+        },
+        over());
     if (step != Step::kFirst) {
       for (std::size_t k = 0; k < board_p_.size(); ++k) {
         add_scaled<Block>((*problem_.board)[k], a, board_p_[k]);
@@ -161,9 +164,9 @@ class Solver {
     if (!has_coarse()) {
       return;
     }
-    restrict_down(system_, 1, &SystemLevel<Block>::residual, tasks_);
+    restrict_down(system_, first_ + 1, &SystemLevel<Block>::residual, tasks_);
     solve_coarsest();
-    for (std::size_t k = system_.levels.size() - 1; k-- > 1;) {
+    for (std::size_t k = system_.levels.size() - 1; k-- > first_ + 1;) {
       SystemLevel<Block>& s = system_.levels[k];
       SmoothPlan<Block> plan = plan_for(s);
       plan.start = Start::kProlong;
@@ -195,9 +198,9 @@ class Solver {
     }
     if (has_coarse()) {
       plan.start = Start::kProlong;
-      plan.coarse_values = system_.levels[1].correction;
+      plan.coarse_values = next().correction;
       plan.sweeps = kFinestSweeps;
-      return smooth<Block>(finest_, &system_.levels[1], plan, tasks_)[0];
+      return smooth<Block>(finest_, &next(), plan, tasks_)[0];
     }
     plan.start = Start::kZero;
     plan.sweeps = kCoarsestSweeps;
@@ -257,7 +260,8 @@ class Solver {
           pr += s.pr;
           write(*finest_.store, kDirection, t, s.p);
           write(*finest_.store, kProduct, t, s.q);
-        });
+        },
+        over());
   }
 
   void product_row(const TileSystem<Block>& tile, std::uint32_t i,
@@ -294,7 +298,8 @@ class Solver {
   SystemHierarchy<Block>& system_;
   const CgProblem<Block>& problem_;
   TaskGraph& tasks_;
-  SystemLevel<Block>& finest_;
+  std::size_t first_;
+  SystemLevel<Block>& finest_;  ///< level first_
   HaloBoard<Value<Block>> board_p_;
 };
 

@@ -3,7 +3,7 @@
 
 // Flexible conjugate gradients, preconditioned by one cycle over the hierarchy: the residual is
 // restricted to all levels, the coarsest is solved, and each finer level relaxes from what the
-// coarser one found. Vectors are fields; an iteration visits the finest tiles three times.
+// coarser one found. Vectors are fields; an iteration visits the tiles of its level three times.
 
 #include <memory>
 
@@ -17,6 +17,7 @@ class CoarsestSolver;
 
 template <class Block>
 struct CgProblem {
+  std::size_t level = 0;                     ///< the one to be solved on
   Field<Value<Block>> x;                     ///< the answer; starts from zero
   HaloBoard<Value<Block>>* board = nullptr;  ///< of x
   /// kLinear: the system itself. kNewton: its Newton matrix at the levels' `solution`, in the
@@ -33,7 +34,7 @@ struct CgResult {
   std::uint64_t passes = 0;  ///< over the finest tiles
 };
 
-/// Pre: levels[0].residual holds the right-hand side; it is left as the residual.
+/// Pre: levels[problem.level].residual holds the right-hand side; it is left as the residual.
 template <class Block>
 CgResult conjugate_gradients(SystemHierarchy<Block>& system, const CgProblem<Block>& problem,
                              TaskGraph& tasks);

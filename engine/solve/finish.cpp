@@ -16,21 +16,26 @@ void settle_at_unit_norm(SystemLevel<Block>& finest, TaskGraph& tasks) {
 
 template <class Block>
 void finish_solve(const SystemLevel<Block>& finest, Store& store, const SolveOptions& options,
-                  SolveReport& report, TaskGraph& tasks) {
-  write(store, finest.solution, kBoardTile, finest.board);
+                  const std::optional<Evaluation>& evaluation, bool stored, SolveReport& report,
+                  TaskGraph& tasks) {
+  if (stored) {
+    write(store, finest.solution, kBoardTile, finest.board);
+  }
   if (!options.evaluate) {
     return;
   }
-  const Evaluation e = evaluate(finest, BlockOps<Block>::kPeriodic ? options.penalty : 0.0F, tasks);
-  ++report.passes;
+  report.passes += evaluation ? 0 : 1;
+  const Evaluation e =
+      evaluation ? *evaluation
+                 : evaluate(finest, BlockOps<Block>::kPeriodic ? options.penalty : 0.0F, tasks);
   report.energy = e.energy + e.targets;
   report.energy_unit = e.energy_unit + e.targets;
   report.gradient_norm = e.gradient_norm;
 }
 
-#define RATTAN_INSTANTIATE(Block)                                                                  \
-  template void finish_solve(const SystemLevel<Block>&, Store&, const SolveOptions&, SolveReport&, \
-                             TaskGraph&);
+#define RATTAN_INSTANTIATE(Block)                                                    \
+  template void finish_solve(const SystemLevel<Block>&, Store&, const SolveOptions&, \
+                             const std::optional<Evaluation>&, bool, SolveReport&, TaskGraph&);
 RATTAN_FOR_EACH_BLOCK(RATTAN_INSTANTIATE)
 #undef RATTAN_INSTANTIATE
 template void settle_at_unit_norm(SystemLevel<ComplexBlock>&, TaskGraph&);

@@ -3,6 +3,8 @@
 
 // How every solve ends, whichever way it got there.
 
+#include <optional>
+
 #include "engine/solve/passes.h"
 
 namespace rattan {
@@ -15,10 +17,11 @@ inline constexpr int kUnitSweeps = 3;
 template <class Block>
 void settle_at_unit_norm(SystemLevel<Block>& finest, TaskGraph& tasks);
 
-/// Writes the solution's board to the store and, if the options ask for it, spends a pass on the
-/// report's energies.
+/// Writes the solution's board to the store, if there is to be one, and fills in the report's
+/// energies: if the options ask for them and they aren't known, by a pass.
 template <class Block>
 void finish_solve(const SystemLevel<Block>& finest, Store& store, const SolveOptions& options,
-                  SolveReport& report, TaskGraph& tasks);
+                  const std::optional<Evaluation>& evaluation, bool stored, SolveReport& report,
+                  TaskGraph& tasks);
 
 }  // namespace rattan

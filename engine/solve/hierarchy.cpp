@@ -2,6 +2,7 @@
 #include "engine/solve/hierarchy.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace rattan {
 
@@ -11,41 +12,57 @@ std::string_view Hierarchy::name(std::size_t level, std::string_view what) {
 
 namespace {
 
-// One pass: aggregates of each tile. Leaves `aggregate` (tile-local numbers) and `tree` in the
-// store, the number of aggregates of each tile in level.parents, and the aggregates of border
-// nodes.
-HaloBoard<std::uint64_t> aggregate_level(Level& level, Field<std::uint32_t> aggregate,
-                                         TaskGraph& tasks) {
+constexpr Field<std::uint32_t> kFirstAggregate{"solve/level0_aggregate"};
+constexpr Field<std::uint32_t> kFirstTree{"solve/level0_tree"};
+
+// Aggregates of a level's tiles.
+struct Aggregates {
+  HaloBoard<std::uint64_t> board;     // of border nodes, by numbers of the tile
+  std::vector<std::uint32_t> counts;  // of each tile
+};
+
+// Leaves `aggregate` (tile-local numbers) and `tree` in the store, and notes the rest.
+void commit_matching(Store& store, const TileLayout& layout, const HaloFields& halo,
+                     Field<std::uint32_t> aggregate, Field<std::uint32_t> tree, TileId t,
+                     const Matching& matching, HaloBoard<std::uint64_t>& board,
+                     std::vector<std::uint32_t>& counts) {
+  write(store, aggregate, t, matching.aggregate);
+  write(store, tree, t, matching.tree);
+  counts[t.value] = matching.count;
+  const TileExtent& extent = layout.tiles[t.value];
+  const auto border = read(store, halo.border, t);
+  for (std::size_t k = 0; k < border.size(); ++k) {
+    board[extent.border_first + k] = matching.aggregate[border[k]];
+  }
+}
+
+// One pass: aggregates of each tile.
+Aggregates aggregate_level(const Level& level, Field<std::uint32_t> aggregate, TaskGraph& tasks) {
   struct State {
-    ChunkView<std::uint32_t> row_begin, neighbor, border;
+    ChunkView<std::uint32_t> row_begin, neighbor;
     ChunkView<float> weight;
     Matching matching;
   };
   Store& store = *level.store;
-  HaloBoard<std::uint64_t> board(level.layout.border_count);
-  level.parents.assign(level.layout.tile_count(), 0);
+  Aggregates made;
+  made.board.resize(level.layout.border_count);
+  made.counts.assign(level.layout.tile_count(), 0);
   run_pass<State>(
       tasks, "aggregation", level.layout.tile_count(),
       [&](TileId t, State& s) {
         s.row_begin = read(store, level.row_begin, t);
         s.neighbor = read(store, level.neighbor, t);
         s.weight = read(store, level.weight, t);
-        s.border = read(store, level.halo.border, t);
       },
       [&](TileId, State& s) {
         s.matching = match_twice(s.row_begin.span(), s.neighbor.span(), s.weight.span());
       },
       [&](TileId t, State& s) {
-        write(store, aggregate, t, s.matching.aggregate);
-        write(store, level.tree, t, s.matching.tree);
-        level.parents[t.value] = s.matching.count;
-        const TileExtent& extent = level.layout.tiles[t.value];
-        for (std::size_t k = 0; k < s.border.size(); ++k) {
-          board[extent.border_first + k] = s.matching.aggregate[s.border[k]];
-        }
+        commit_matching(store, level.layout, level.halo, aggregate, level.tree, t, s.matching,
+                        made.board, made.counts);
       },
       level.pass_over());
-  return board;
+  return made;
 }
 
 // Which tiles are united, and where their aggregates land.
@@ -232,6 +249,25 @@ Level unite_level(Hierarchy& hierarchy, Level& level, std::size_t number, Store&
 
 }  // namespace
 
+FirstMatching::FirstMatching(Store& store, const TileLayout& layout, const HaloFields& halo)
+    : store_(store),
+      layout_(layout),
+      halo_(halo),
+      counts_(layout.tile_count(), 0),
+      aggregates_(layout.border_count) {}
+
+void FirstMatching::commit(TileId tile, const Matching& matching) {
+  commit_matching(store_, layout_, halo_, kFirstAggregate, kFirstTree, tile, matching, aggregates_,
+                  counts_);
+}
+
+class HierarchyBuilder {
+ public:
+  static Aggregates take(FirstMatching& matching) {
+    return {std::move(matching.aggregates_), std::move(matching.counts_)};
+  }
+};
+
 MemberLists list_members(std::span<const std::uint32_t> parent_of_owned, std::uint32_t first,
                          std::uint32_t count) {
   MemberLists lists;
@@ -250,10 +286,22 @@ MemberLists list_members(std::span<const std::uint32_t> parent_of_owned, std::ui
   return lists;
 }
 
+namespace {
+
+// A coarse level's own graph has served once the next level is there: systems bring their rows.
+void erase_graph(const Level& level) {
+  for (const std::string_view name :
+       {level.row_begin.name, level.neighbor.name, level.weight.name}) {
+    level.store->erase(name);
+  }
+}
+
+}  // namespace
+
 std::shared_ptr<const Hierarchy> build_hierarchy(Store& store, const TileLayout& layout,
                                                  const HaloFields& halo, const GraphFields& graph,
-                                                 const HierarchyOptions& options,
-                                                 TaskGraph& tasks) {
+                                                 const HierarchyOptions& options, TaskGraph& tasks,
+                                                 FirstMatching* matching) {
   auto hierarchy = std::make_shared<Hierarchy>();
   Level finest;
   finest.layout = layout;
@@ -271,19 +319,30 @@ std::shared_ptr<const Hierarchy> build_hierarchy(Store& store, const TileLayout&
       break;
     }
     level.parent = {hierarchy->name(k, "parent")};
-    level.tree = {hierarchy->name(k, "tree")};
+    level.tree = k == 0 ? kFirstTree : Field<std::uint32_t>{hierarchy->name(k, "tree")};
     level.border_parent = {hierarchy->name(k, "border_parent")};
-    const Field<std::uint32_t> aggregate{hierarchy->name(k, "aggregate")};
-    HaloBoard<std::uint64_t> board = aggregate_level(level, aggregate, tasks);
-    Level coarse = unite_level(*hierarchy, level, k + 1, store, aggregate, board, tasks);
+    const Field<std::uint32_t> aggregate =
+        k == 0 ? kFirstAggregate : Field<std::uint32_t>{hierarchy->name(k, "aggregate")};
+    Aggregates aggregates = k == 0 && matching != nullptr
+                                ? HierarchyBuilder::take(*matching)
+                                : aggregate_level(level, aggregate, tasks);
+    level.parents = std::move(aggregates.counts);
+    Level coarse = unite_level(*hierarchy, level, k + 1, store, aggregate, aggregates.board, tasks);
     // Many components, or edges without weight: what is left doesn't aggregate.
     const bool stalled = 10 * coarse.layout.node_count > 9 * level.layout.node_count &&
                          coarse.layout.tile_count() == level.layout.tile_count();
     hierarchy->levels.push_back(std::move(coarse));
+    if (k > 0) {
+      erase_graph(hierarchy->levels[k]);
+    }
     if (stalled) {
       break;
     }
   }
+  if (hierarchy->levels.size() > 1) {
+    erase_graph(hierarchy->levels.back());
+  }
+  store.erase(kFirstAggregate.name);
   return hierarchy;
 }
 

@@ -49,7 +49,8 @@ class Hierarchy {
   std::deque<std::string> names_;
 };
 
-/// Levels up to this many nodes are kept in memory, larger ones go through the store.
+/// Levels up to this many nodes are kept in memory (some 10 MB), larger ones go through the store,
+/// whose cache is part of the memory budget.
 inline constexpr std::uint64_t kMemoryLevelNodes = 1U << 15;
 /// Finer tiles are united while a coarse tile stays within this many nodes.
 inline constexpr std::uint32_t kCoarseTileNodes = 1U << 12;
@@ -63,6 +64,22 @@ struct Matching {
 };
 Matching match_twice(std::span<const std::uint32_t> row_begin,
                      std::span<const std::uint32_t> neighbor, std::span<const float> weight);
+
+/// The aggregates of the finest level's tiles, found by a pass that makes the weights.
+class FirstMatching {
+ public:
+  FirstMatching(Store& store, const TileLayout& layout, const HaloFields& halo);
+  /// In the order of the tiles.
+  void commit(TileId tile, const Matching& matching);
+
+ private:
+  friend class HierarchyBuilder;
+  Store& store_;
+  const TileLayout& layout_;
+  HaloFields halo_;
+  std::vector<std::uint32_t> counts_;    ///< aggregates of each tile
+  HaloBoard<std::uint64_t> aggregates_;  ///< of border nodes, numbered in their tile
+};
 
 /// Members of each aggregate of one tile, ascending: aggregate a (numbered from `first`) has
 /// members[begin[a]] .. members[begin[a + 1]).

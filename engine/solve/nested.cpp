@@ -4,7 +4,12 @@
 // until it has settled; each finer level starts from the coarser one's answer carried along the
 // gauges. Real systems: conjugate gradients preconditioned by the same levels.
 
+#include <optional>
+#include <utility>
+
+#include "engine/solve/coarsest_solver.h"
 #include "engine/solve/conjugate_gradient.h"
+#include "engine/solve/cycles.h"
 #include "engine/solve/finish.h"
 #include "engine/solve/newton.h"
 #include "engine/solve/starts.h"
@@ -27,10 +32,12 @@ constexpr int kSweepsPerPass = 4;
 template <class Block>
 class Periodic {
  public:
-  Periodic(SystemHierarchy<Block>& system, const SolveOptions& options, SolveReport& report,
-           TaskGraph& tasks)
+  Periodic(SystemHierarchy<Block>& system, const SolveOptions& options, SolveHooks<Block>* hooks,
+           std::optional<Evaluation>& evaluation, SolveReport& report, TaskGraph& tasks)
       : system_(system),
         options_(options),
+        hooks_(hooks),
+        evaluation_(evaluation),
         report_(report),
         tasks_(tasks),
         coarsest_(system.levels.size() - 1) {}
@@ -143,7 +150,13 @@ class Periodic {
       relax(coarse_plan(k, Start::kProlong), k == 1 ? kSecondLevelSweeps : kCoarseSweeps);
     }
     if (k == 0) {
-      const SmoothPlan<Block> plan = finest_plan(k == coarsest_ ? Start::kStored : Start::kProlong);
+      SmoothPlan<Block> plan = finest_plan(k == coarsest_ ? Start::kStored : Start::kProlong);
+      if (plan.normalise && coarsest_ > 0) {
+        plan.hooks = hooks_;
+        if (options_.evaluate) {
+          plan.evaluation = &evaluation_.emplace();
+        }
+      }
       smooth<Block>(s, coarser, plan, tasks_);
       count_if_finest(k, plan);
     }
@@ -159,6 +172,8 @@ class Periodic {
 
   SystemHierarchy<Block>& system_;
   const SolveOptions& options_;
+  SolveHooks<Block>* hooks_;
+  std::optional<Evaluation>& evaluation_;
   SolveReport& report_;
   TaskGraph& tasks_;
   std::size_t coarsest_;
@@ -167,9 +182,28 @@ class Periodic {
 }  // namespace
 
 template <class Block>
+void consume_solution(Store& store, const TileLayout& layout, Field<Value<Block>> solution,
+                      SolveHooks<Block>& hooks, TaskGraph& tasks) {
+  struct State {
+    std::unique_ptr<SolutionTask<Block>> task;
+    ChunkView<Value<Block>> solution;
+  };
+  run_pass<State>(
+      tasks, "solution", layout.tile_count(),
+      [&](TileId t, State& s) {
+        s.solution = read(store, solution, t);
+        s.task = hooks.consume(t);
+        s.task->load();
+      },
+      [&](TileId, State& s) { s.task->compute(s.solution.span()); },
+      [&](TileId, State& s) { s.task->commit(); });
+  hooks.consumed = true;
+}
+
+template <class Block>
 SolveReport solve_nested(Store& store, const TileLayout& layout, const HaloFields&,
                          const SystemFields<Block>& fields, const Hierarchy& hierarchy,
-                         const SolveOptions& options, TaskGraph& tasks) {
+                         const SolveOptions& options, TaskGraph& tasks, SolveHooks<Block>* hooks) {
   ensure(layout.node_count == hierarchy.levels[0].layout.node_count,
          "the hierarchy was built for this layout");
   SolveReport report;
@@ -178,21 +212,35 @@ SolveReport solve_nested(Store& store, const TileLayout& layout, const HaloField
     return report;
   }
   SystemHierarchy<Block> system;
-  coarsen_system(system, store, fields, hierarchy, options.coarse_stiffness, tasks);
+  coarsen_system(
+      system, store, fields, hierarchy, options.coarse_stiffness, tasks,
+      hooks != nullptr ? std::move(hooks->border_gauges) : HaloBoard<Coefficient<Block>>());
   report.setup_passes = system.finest_passes;
+  std::optional<Evaluation> evaluation;
   if constexpr (BlockOps<Block>::kPeriodic) {
-    Periodic<Block>(system, options, report, tasks).solve();
+    Periodic<Block>(system, options, hooks, evaluation, report, tasks).solve();
+  } else if (options.cycles > 0 && !fields.rhs.name.empty() &&
+             !CoarsestSolver(system.levels.back()).singular()) {
+    const bool has_coarse = system.levels.size() > 1;
+    Evaluation* wanted = options.evaluate && has_coarse ? &evaluation.emplace() : nullptr;
+    solve_in_cycles(system, options, hooks, wanted, report, tasks);
   } else {
     solve_real(system, options, report, tasks);
   }
-  finish_solve(system.levels[0], store, options, report, tasks);
+  const bool consumed = hooks != nullptr && hooks->consumed;
+  if (consumed) {
+    store.erase(fields.solution.name);
+  }
+  finish_solve(system.levels[0], store, options, evaluation, !consumed, report, tasks);
   return report;
 }
 
-#define RATTAN_INSTANTIATE(Block)                                                 \
-  template SolveReport solve_nested(Store&, const TileLayout&, const HaloFields&, \
-                                    const SystemFields<Block>&, const Hierarchy&, \
-                                    const SolveOptions&, TaskGraph&);
+#define RATTAN_INSTANTIATE(Block)                                                         \
+  template SolveReport solve_nested(Store&, const TileLayout&, const HaloFields&,         \
+                                    const SystemFields<Block>&, const Hierarchy&,         \
+                                    const SolveOptions&, TaskGraph&, SolveHooks<Block>*); \
+  template void consume_solution(Store&, const TileLayout&, Field<Value<Block>>,          \
+                                 SolveHooks<Block>&, TaskGraph&);
 RATTAN_FOR_EACH_BLOCK(RATTAN_INSTANTIATE)
 #undef RATTAN_INSTANTIATE
 

@@ -32,6 +32,16 @@ Value<Block> seed_value(std::uint64_t seed, std::uint64_t node) {
   return v;
 }
 
+// Where kCorrect starts from, before prolongation.
+template <class Block>
+Value<Block> stepped(const SmoothPlan<Block>& plan, const Value<Block>& stored,
+                     const Value<Block>& base) {
+  Value<Block> out = base;
+  add_scaled<Block>(out, plan.step, stored);
+  add_scaled<Block>(out, -plan.step, base);
+  return out;
+}
+
 template <class Block>
 HaloBoard<Value<Block>> start_board(const SystemLevel<Block>& fine,
                                     const SystemLevel<Block>* coarse,
@@ -41,6 +51,18 @@ HaloBoard<Value<Block>> start_board(const SystemLevel<Block>& fine,
   }
   if (plan.start == Start::kStored) {
     return *plan.board;
+  }
+  if (plan.start == Start::kCorrect) {
+    HaloBoard<Value<Block>> board = prolong_border(fine, *coarse, plan.coarse_values);
+    for (std::size_t k = 0; k < board.size(); ++k) {
+      const Value<Block> at =
+          stepped(plan, (*plan.board)[k], plan.based ? (*plan.base_board)[k] : zero_value<Block>());
+      add_scaled<Block>(board[k], 1.0F, at);
+      if (!plan.final) {
+        (*plan.base_board)[k] = at;
+      }
+    }
+    return board;
   }
   const Level& level = *fine.level;
   HaloBoard<Value<Block>> board(level.layout.border_count, zero_value<Block>());
@@ -55,6 +77,50 @@ HaloBoard<Value<Block>> start_board(const SystemLevel<Block>& fine,
     }
   }
   return board;
+}
+
+// Energy and squared gradient of a tile's own nodes at `x` (owned, then halo), without energy_unit.
+// With `across`: products with halo values, which are to change, are left out of the energy, and
+// the sum over halo nodes j of <across_j, x_j> is what they come to.
+template <class Block>
+void add_tile(const TileSystem<Block>& tile, const std::vector<NodeTerm<Block>>& terms,
+              std::span<const Value<Block>> x, Evaluation& sum, std::vector<Value<Block>>* across) {
+  using Ops = BlockOps<Block>;
+  const std::uint32_t owned = tile.extent.owned;
+  for (std::uint32_t i = 0; i < owned; ++i) {
+    const NodeTerm<Block>& term = terms[i];
+    sum.targets += tile.target_energy(i);
+    const auto row = row_product<Block>(tile, i, x);
+    const float* xi = reals<Block>(x[i]);
+    std::array<double, Ops::kParts> excess{};
+    if constexpr (Ops::kPeriodic) {
+      for (std::size_t p = 0; p < Ops::kParts; ++p) {
+        const double re = xi[2 * p];
+        const double im = xi[2 * p + 1];
+        excess[p] = re * re + im * im - 1.0;
+        sum.energy += term.eps * excess[p] * excess[p];
+      }
+    }
+    for (std::size_t k = 0; k < Ops::kReals; ++k) {
+      const double d = term.diagonal[part_of<Block>(k)];
+      const double b = reals<Block>(term.rhs)[k];
+      sum.energy += xi[k] * (d * xi[k] - row[k] - 2.0 * b);
+      const double g =
+          2.0 * (d * xi[k] - row[k] - b) + 4.0 * term.eps * excess[part_of<Block>(k)] * xi[k];
+      sum.gradient_norm += g * g;
+    }
+    if (across == nullptr) {
+      continue;
+    }
+    for (std::uint32_t e = tile.row_begin[i]; e < tile.row_begin[i + 1]; ++e) {
+      const std::uint32_t j = tile.neighbor[e];
+      if (j >= owned) {
+        const Value<Block> back = apply<Block>(Ops::adjoint(tile.coefficient[e]), x[i]);
+        add_scaled<Block>((*across)[j - owned], 1.0F, back);
+        sum.energy += dot<Block>(back, x[j]);
+      }
+    }
+  }
 }
 
 }  // namespace
@@ -106,15 +172,24 @@ std::array<double, 2> smooth(SystemLevel<Block>& fine, const SystemLevel<Block>*
                              const SmoothPlan<Block>& plan, TaskGraph& tasks) {
   struct State {
     TileSystem<Block> tile;
-    ChunkView<Value<Block>> stored, coarse, rhs, at;
+    ChunkView<Value<Block>> stored, base, coarse, rhs, at;
     std::array<ChunkView<Value<Block>>, 2> other;
-    std::vector<Value<Block>> x;
+    std::vector<Value<Block>> x, across, next_base;
     std::array<double, 2> dots{};
+    Evaluation sum;
+    std::unique_ptr<SolutionTask<Block>> consumer;
   };
   std::array<double, 2> dots{};
+  Evaluation total;
+  const bool consumes = plan.hooks != nullptr && plan.hooks->consume;
   const Level& level = *fine.level;
+  if (plan.start == Start::kCorrect && !plan.based && !plan.final) {
+    plan.base_board->resize(level.layout.border_count);
+  }
   HaloBoard<Value<Block>> before = start_board(fine, coarse, plan);
   HaloBoard<Value<Block>> after(before.size());
+  HaloBoard<Value<Block>> across(plan.evaluation != nullptr ? before.size() : 0,
+                                 zero_value<Block>());
   for (int pass = 0; pass < plan.passes; ++pass) {
     const Start start = pass == 0 ? plan.start : Start::kStored;
     const bool last = pass + 1 == plan.passes;
@@ -122,9 +197,13 @@ std::array<double, 2> smooth(SystemLevel<Block>& fine, const SystemLevel<Block>*
         tasks, "sweeps", level.layout.tile_count(),
         [&](TileId t, State& s) {
           s.tile.load(fine, t);
-          if (start == Start::kStored) {
+          if (start == Start::kStored || start == Start::kCorrect) {
             s.stored = read(*fine.store, plan.values, t);
-          } else if (start == Start::kProlong) {
+          }
+          if (start == Start::kCorrect && plan.based) {
+            s.base = read(*fine.store, plan.base, t);
+          }
+          if (start == Start::kProlong || start == Start::kCorrect) {
             s.tile.load_links(fine, t);
             s.coarse = read(*coarse->store, plan.coarse_values, TileId(level.coarse_tile[t.value]));
           }
@@ -139,6 +218,10 @@ std::array<double, 2> smooth(SystemLevel<Block>& fine, const SystemLevel<Block>*
           if (plan.mode == SweepMode::kNewton) {
             s.at = read(*fine.store, fine.solution, t);
           }
+          if (last && consumes) {
+            s.consumer = plan.hooks->consume(t);
+            s.consumer->load();
+          }
         },
         [&](TileId, State& s) {
           const std::uint32_t owned = s.tile.extent.owned;
@@ -148,8 +231,16 @@ std::array<double, 2> smooth(SystemLevel<Block>& fine, const SystemLevel<Block>*
           }
           if (start == Start::kStored) {
             s.x.assign(s.stored.begin(), s.stored.end());
-          } else if (start == Start::kProlong) {
+          } else if (start == Start::kProlong || start == Start::kCorrect) {
             s.x = prolong_owned(s.tile, s.coarse.span());
+            for (std::size_t i = 0; i < s.stored.size(); ++i) {
+              const Value<Block> at =
+                  stepped(plan, s.stored[i], s.base.size() != 0 ? s.base[i] : zero_value<Block>());
+              add_scaled<Block>(s.x[i], 1.0F, at);
+              if (!plan.final) {
+                s.next_base.push_back(at);
+              }
+            }
           } else if (start == Start::kZero) {
             s.x.assign(owned, zero_value<Block>());
           } else {
@@ -173,11 +264,18 @@ std::array<double, 2> smooth(SystemLevel<Block>& fine, const SystemLevel<Block>*
               go(SweepMode::kUnit, plan.unit_sweeps);
             }
           }
-          s.x.resize(owned);
           if (last && plan.normalise) {
-            for (Value<Block>& v : s.x) {
-              normalise<Block>(v);
+            for (std::uint32_t i = 0; i < owned; ++i) {
+              normalise<Block>(s.x[i]);
             }
+          }
+          if (last && plan.evaluation != nullptr) {
+            s.across.assign(s.tile.extent.halo, zero_value<Block>());
+            add_tile<Block>(s.tile, terms, s.x, s.sum, &s.across);
+          }
+          s.x.resize(owned);
+          if (s.consumer != nullptr) {
+            s.consumer->compute(s.x);
           }
           for (std::size_t k = 0; k < 2; ++k) {
             for (std::size_t i = 0; i < s.other[k].size(); ++i) {
@@ -188,7 +286,20 @@ std::array<double, 2> smooth(SystemLevel<Block>& fine, const SystemLevel<Block>*
         [&](TileId t, State& s) {
           dots[0] += s.dots[0];
           dots[1] += s.dots[1];
-          write(*fine.store, plan.values, t, s.x);
+          if (s.consumer != nullptr) {
+            s.consumer->commit();
+          } else {
+            write(*fine.store, plan.values, t, s.x);
+          }
+          if (start == Start::kCorrect && !plan.final) {
+            write(*fine.store, plan.base, t, s.next_base);
+          }
+          total.energy += s.sum.energy;
+          total.targets += s.sum.targets;
+          total.gradient_norm += s.sum.gradient_norm;
+          for (std::size_t k = 0; k < s.across.size(); ++k) {
+            add_scaled<Block>(across[s.tile.halo_slots[k]], 1.0F, s.across[k]);
+          }
           publish_border<Value<Block>>(s.x, s.tile.border.span(), s.tile.extent.border_first,
                                        after);
         },
@@ -196,35 +307,109 @@ std::array<double, 2> smooth(SystemLevel<Block>& fine, const SystemLevel<Block>*
     std::swap(before, after);
   }
   *plan.board = std::move(before);
+  if (plan.hooks != nullptr) {
+    plan.hooks->consumed = plan.hooks->consumed || consumes;
+  }
+  if (plan.evaluation != nullptr) {
+    for (std::size_t k = 0; k < across.size(); ++k) {
+      total.energy -= dot<Block>(across[k], (*plan.board)[k]);
+    }
+    total.energy_unit = total.energy;
+    total.gradient_norm = std::sqrt(total.gradient_norm);
+    *plan.evaluation = total;
+  }
   return dots;
 }
 
 template <class Block>
-void restrict_down(SystemHierarchy<Block>& system, std::size_t from,
+void restrict_once(SystemHierarchy<Block>& system, std::size_t k,
                    Field<Value<Block>> SystemLevel<Block>::*field, TaskGraph& tasks) {
   struct State {
     TileSystem<Block> tile;
     ChunkView<Value<Block>> values;
     std::vector<Value<Block>> sums;
   };
+  SystemLevel<Block>& fine = system.levels[k];
+  SystemLevel<Block>& coarse = system.levels[k + 1];
+  const Level& level = *fine.level;
+  CoarseWriter<Block> writer(fine, coarse, coarse.*field);
+  run_pass<State>(
+      tasks, "restriction", level.layout.tile_count(),
+      [&](TileId t, State& s) {
+        s.tile.load(fine, t);
+        s.tile.load_links(fine, t);
+        s.values = read(*fine.store, fine.*field, t);
+      },
+      [&](TileId t, State& s) {
+        s.sums = restrict_owned(s.tile, level.first_parent[t.value], level.parents[t.value],
+                                s.values.span());
+      },
+      [&](TileId t, State& s) { writer.add(t, s.sums); }, level.pass_over());
+}
+
+template <class Block>
+void restrict_down(SystemHierarchy<Block>& system, std::size_t from,
+                   Field<Value<Block>> SystemLevel<Block>::*field, TaskGraph& tasks) {
   for (std::size_t k = from; k + 1 < system.levels.size(); ++k) {
-    SystemLevel<Block>& fine = system.levels[k];
-    SystemLevel<Block>& coarse = system.levels[k + 1];
-    const Level& level = *fine.level;
-    CoarseWriter<Block> writer(fine, coarse, coarse.*field);
-    run_pass<State>(
-        tasks, "restriction", level.layout.tile_count(),
-        [&](TileId t, State& s) {
-          s.tile.load(fine, t);
-          s.tile.load_links(fine, t);
-          s.values = read(*fine.store, fine.*field, t);
-        },
-        [&](TileId t, State& s) {
-          s.sums = restrict_owned(s.tile, level.first_parent[t.value], level.parents[t.value],
-                                  s.values.span());
-        },
-        [&](TileId t, State& s) { writer.add(t, s.sums); }, level.pass_over());
+    restrict_once(system, k, field, tasks);
   }
+}
+
+template <class Block>
+double restrict_residual(SystemLevel<Block>& fine, SystemLevel<Block>& coarse,
+                         Field<Value<Block>> values, const HaloBoard<Value<Block>>& board,
+                         Field<Value<Block>> rhs, const std::function<double(double)>& sample,
+                         TaskGraph& tasks) {
+  using Ops = BlockOps<Block>;
+  static_assert(!Ops::kPeriodic);
+  struct State {
+    TileSystem<Block> tile;
+    ChunkView<Value<Block>> x, rhs;
+    std::vector<Value<Block>> sums;
+    double sampled = 0.0;
+    double fit = 0.0;
+  };
+  const Level& level = *fine.level;
+  CoarseWriter<Block> writer(fine, coarse, coarse.residual);
+  double sampled = 0.0;
+  double fit = 0.0;
+  run_pass<State>(
+      tasks, "residual", level.layout.tile_count(),
+      [&](TileId t, State& s) {
+        s.tile.load(fine, t);
+        s.tile.load_links(fine, t);
+        s.x = read(*fine.store, values, t);
+        if (!rhs.name.empty()) {
+          s.rhs = read(*fine.store, rhs, t);
+        }
+      },
+      [&](TileId t, State& s) {
+        const std::vector<Value<Block>> x = gather_local(s.x.span(), s.tile.halo_slots, board);
+        std::vector<Value<Block>> residual(s.tile.extent.owned);
+        for (std::uint32_t i = 0; i < s.tile.extent.owned; ++i) {
+          const auto row = row_product<Block>(s.tile, i, x);
+          const double d = static_cast<double>(s.tile.stiffness(i, 0)) + s.tile.fit_of(i);
+          const Value<Block> b = s.rhs.size() != 0 ? s.rhs[i] : s.tile.rhs_of(i);
+          for (std::size_t k = 0; k < Ops::kReals; ++k) {
+            reals<Block>(residual[i])[k] =
+                static_cast<float>(reals<Block>(b)[k] - (d * reals<Block>(x[i])[k] - row[k]));
+          }
+          if (sample) {
+            const double weight = s.tile.fit_of(i);
+            s.fit += weight;
+            s.sampled += weight * sample(reals<Block>(x[i])[0]);
+          }
+        }
+        s.sums = restrict_owned<Block>(s.tile, level.first_parent[t.value], level.parents[t.value],
+                                       residual);
+      },
+      [&](TileId t, State& s) {
+        writer.add(t, s.sums);
+        sampled += s.sampled;
+        fit += s.fit;
+      },
+      level.pass_over());
+  return fit > 0.0 ? sampled / fit : 0.0;
 }
 
 template <class Block>
@@ -249,30 +434,10 @@ Evaluation evaluate(const SystemLevel<Block>& s, float penalty, TaskGraph& tasks
           normalise<Block>(v);
         }
         const std::vector<NodeTerm<Block>> terms = st.tile.terms(penalty);
-        for (std::uint32_t i = 0; i < st.tile.extent.owned; ++i) {
-          const NodeTerm<Block>& term = terms[i];
-          st.sum.targets += st.tile.target_energy(i);
-          const auto row = row_product<Block>(st.tile, i, x);
-          const float* xi = reals<Block>(x[i]);
-          std::array<double, Ops::kParts> excess{};
-          if constexpr (Ops::kPeriodic) {
-            for (std::size_t p = 0; p < Ops::kParts; ++p) {
-              const double re = xi[2 * p];
-              const double im = xi[2 * p + 1];
-              excess[p] = re * re + im * im - 1.0;
-              st.sum.energy += term.eps * excess[p] * excess[p];
-            }
-          }
-          for (std::size_t k = 0; k < Ops::kReals; ++k) {
-            const double d = term.diagonal[part_of<Block>(k)];
-            const double b = reals<Block>(term.rhs)[k];
-            st.sum.energy += xi[k] * (d * xi[k] - row[k] - 2.0 * b);
-            const double g =
-                2.0 * (d * xi[k] - row[k] - b) + 4.0 * term.eps * excess[part_of<Block>(k)] * xi[k];
-            st.sum.gradient_norm += g * g;
-          }
-          if constexpr (Ops::kPeriodic) {
-            add_row_energy<Block>(st.tile, term, i, unit_x, st.sum.energy_unit);
+        add_tile<Block>(st.tile, terms, x, st.sum, nullptr);
+        if constexpr (Ops::kPeriodic) {
+          for (std::uint32_t i = 0; i < st.tile.extent.owned; ++i) {
+            add_row_energy<Block>(st.tile, terms[i], i, unit_x, st.sum.energy_unit);
           }
         }
       },
@@ -298,6 +463,8 @@ Evaluation evaluate(const SystemLevel<Block>& s, float penalty, TaskGraph& tasks
   template class CoarseWriter<Block>;                                                              \
   template std::array<double, 2> smooth(SystemLevel<Block>&, const SystemLevel<Block>*,            \
                                         const SmoothPlan<Block>&, TaskGraph&);                     \
+  template void restrict_once(SystemHierarchy<Block>&, std::size_t,                                \
+                              Field<Value<Block>> SystemLevel<Block>::*, TaskGraph&);              \
   template void restrict_down(SystemHierarchy<Block>&, std::size_t,                                \
                               Field<Value<Block>> SystemLevel<Block>::*, TaskGraph&);              \
   template Evaluation evaluate(const SystemLevel<Block>&, float, TaskGraph&);

@@ -13,6 +13,16 @@ enum class Start {
   kZero,
   kStored,   ///< what the field holds
   kProlong,  ///< from the coarser level: x_i = G_i x_parent
+  kCorrect,  ///< base + step (stored - base), plus kProlong: see SmoothPlan::step
+};
+
+struct Evaluation {
+  double energy = 0.0;
+  double energy_unit = 0.0;  ///< with complex parts set to unit length
+  double gradient_norm = 0.0;
+  /// What the squares of fit - target hold beside the quadratic form (finest level): with it the
+  /// energy of targets met is zero.
+  double targets = 0.0;
 };
 
 template <class Block>
@@ -27,12 +37,24 @@ struct SmoothPlan {
   float omega = 1.0F;
   SweepMode mode = SweepMode::kPenalty;
   float penalty = 0.0F;                      ///< eps of one vertex of the scan
-  Field<Value<Block>> values;                ///< read (kStored) and written
+  Field<Value<Block>> values{};              ///< read (kStored) and written
   HaloBoard<Value<Block>>* board = nullptr;  ///< of `values`
-  Field<Value<Block>> rhs;                   ///< instead of the system's, if named
-  Field<Value<Block>> coarse_values;         ///< kProlong: the coarser level's field
+  Field<Value<Block>> rhs{};                 ///< instead of the system's, if named
+  Field<Value<Block>> coarse_values{};       ///< kProlong: the coarser level's field
   /// Inner products of the result with these fields, where named.
-  std::array<Field<Value<Block>>, 2> dot_with;
+  std::array<Field<Value<Block>>, 2> dot_with{};
+  /// kCorrect: `base` stands for zero where it has no name, and holds where the pass started from,
+  /// before prolongation, unless the pass is `final`.
+  float step = 1.0F;
+  bool based = false;  ///< `base` is there already
+  bool final = false;
+  Field<Value<Block>> base{};
+  HaloBoard<Value<Block>>* base_board = nullptr;
+  /// The last pass hands its results to hooks->consume, if that is set, and doesn't write them.
+  SolveHooks<Block>* hooks = nullptr;
+  /// Filled in by the last pass, where not null: for real blocks and with `normalise`. The gradient
+  /// is that of each tile among its neighbours' values before the pass.
+  Evaluation* evaluation = nullptr;
 };
 
 /// Visits every tile plan.passes times. Returns the inner products that the plan asks for.
@@ -71,15 +93,11 @@ class CoarseWriter {
 template <class Block>
 void restrict_down(SystemHierarchy<Block>& system, std::size_t from,
                    Field<Value<Block>> SystemLevel<Block>::*field, TaskGraph& tasks);
+/// Restricts the field of level k to level k + 1.
+template <class Block>
+void restrict_once(SystemHierarchy<Block>& system, std::size_t k,
+                   Field<Value<Block>> SystemLevel<Block>::*field, TaskGraph& tasks);
 
-struct Evaluation {
-  double energy = 0.0;
-  double energy_unit = 0.0;  ///< with complex parts set to unit length
-  double gradient_norm = 0.0;
-  /// What the squares of fit - target hold beside the quadratic form (finest level): with it the
-  /// energy of targets met is zero.
-  double targets = 0.0;
-};
 /// Energy and gradient of a level's stored solution.
 template <class Block>
 Evaluation evaluate(const SystemLevel<Block>& s, float penalty, TaskGraph& tasks);

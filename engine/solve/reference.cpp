@@ -351,7 +351,7 @@ SolveReport solve_reference(Store& store, const TileLayout& layout, const HaloFi
       ++report.passes;
     }
   }
-  finish_solve(level, store, options, report, tasks);
+  finish_solve(level, store, options, {}, true, report, tasks);
   return report;
 }
 

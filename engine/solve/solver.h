@@ -5,7 +5,9 @@
 // over it (the default, out of core) or the paper's own procedure (the reference).
 
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <span>
 #include <string>
 
 #include "engine/core/task_graph.h"
@@ -17,6 +19,7 @@ namespace rattan {
 /// Aggregates of vertices, of aggregates, and so on, down to a few hundred nodes; shared by all
 /// systems of one scan, each of which transports its own values through it.
 class Hierarchy;
+class FirstMatching;
 
 struct HierarchyOptions {
   std::uint32_t coarsest_nodes = 300;
@@ -30,11 +33,13 @@ struct GraphFields {
   Field<float> weight;
 };
 
-/// Two passes over the finest tiles. Leaves fields "solve/level<k>_..." in the store that the
-/// hierarchy needs: one hierarchy a store at a time, and the store must outlive it.
+/// Two passes over the finest tiles, one if the first matching is known. Leaves fields
+/// "solve/level<k>_..." in the store that the hierarchy needs: one hierarchy a store at a time, and
+/// the store must outlive it.
 std::shared_ptr<const Hierarchy> build_hierarchy(Store& store, const TileLayout& layout,
                                                  const HaloFields& halo, const GraphFields& graph,
-                                                 const HierarchyOptions& options, TaskGraph& tasks);
+                                                 const HierarchyOptions& options, TaskGraph& tasks,
+                                                 FirstMatching* matching = nullptr);
 
 struct SolveOptions {
   /// eps_i of the norm penalty per aggregated vertex; 0 for real systems.
@@ -55,10 +60,41 @@ struct SolveOptions {
   float tolerance = 1e-2F;
   /// Normalise the finest solution's complex parts to unit length at the end.
   bool unit_norm = false;
-  /// Spend one more pass on the energies and the gradient norm of the report.
+  /// Fill in the report's energies and gradient norm. Where the last pass can't do it on its way,
+  /// this is one more.
   bool evaluate = true;
+  /// Real systems: 0 for conjugate gradients on the finest level, to `tolerance`. Else nested
+  /// iteration with so many corrections of the finest level, 1 + 2 cycles passes whatever the
+  /// scan's size, if the hierarchy has levels enough.
+  int cycles = 0;
   /// CG iterations at most (real systems; each inner solve of Newton takes at most a tenth).
   int max_iterations = 200;
+};
+
+/// What a caller makes of the solution in the pass that finishes it, one object a tile: steps as in
+/// TileTask.
+template <class Block>
+class SolutionTask {
+ public:
+  virtual ~SolutionTask() = default;
+  virtual void load() = 0;
+  /// `owned`: the tile's solution.
+  virtual void compute(std::span<const typename Block::Value> owned) = 0;
+  virtual void commit() = 0;
+};
+
+/// What callers do in passes that a solve makes anyway, so that they need none of their own.
+template <class Block>
+struct SolveHooks {
+  /// Found while the system was assembled (border_gauges.h); empty: the solve finds them in a pass.
+  HaloBoard<typename Block::Coefficient> border_gauges;
+  /// Called for every tile of the finished solution, which is not written to the store then.
+  std::function<std::unique_ptr<SolutionTask<Block>>(TileId)> consume;
+  /// Called before the first `consume`: the solution's mean and variance, weighted by fit, as they
+  /// were before the last pass. Real blocks solved in cycles.
+  std::function<void(double mean, double variance)> moments;
+  /// Set by the solve if `consume` was called; else there was no pass to do it in.
+  bool consumed = false;
 };
 
 struct SolveReport {
@@ -69,6 +105,7 @@ struct SolveReport {
   std::uint64_t setup_passes = 0;  ///< further visits to coarsen the system
   double energy = 0.0;             ///< as in system.h, with penalty
   double energy_unit = 0.0;        ///< without penalty, complex parts set to unit length
+  /// Where the last pass took it on its way, tiles see each other's border as before that pass.
   double gradient_norm = 0.0;
 };
 
@@ -84,6 +121,11 @@ void members_of(A& a, SolveReport& r) {
   a(r.gradient_norm);
 }
 
+/// The pass of hooks.consume for solutions that are in the store.
+template <class Block>
+void consume_solution(Store& store, const TileLayout& layout, Field<typename Block::Value> solution,
+                      SolveHooks<Block>& hooks, TaskGraph& tasks);
+
 /// Reads the system's fields, writes `solution` with its board (kBoardTile). Works by passes over
 /// tiles; memory: a few tiles per thread plus levels small enough to hold. Scratch fields
 /// "solve/..." are erased at the end. `layout` and `halo` are those of the hierarchy. Periodic
@@ -93,7 +135,8 @@ void members_of(A& a, SolveReport& r) {
 template <class Block>
 SolveReport solve_nested(Store& store, const TileLayout& layout, const HaloFields& halo,
                          const SystemFields<Block>& system, const Hierarchy& hierarchy,
-                         const SolveOptions& options, TaskGraph& tasks);
+                         const SolveOptions& options, TaskGraph& tasks,
+                         SolveHooks<Block>* hooks = nullptr);
 
 /// PGP 2.5: lock one vertex (periodic systems), Jacobi-preconditioned multithreaded CG for the
 /// linear problem, then Newton with the penalty. For comparison on small scans.

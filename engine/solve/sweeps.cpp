@@ -198,17 +198,44 @@ void run_newton(std::span<const NodeTerm<Block>> terms, std::span<const std::uin
   }
 }
 
+// A node waits for the one before, its neighbour along the curve, to the last division. So a sweep
+// goes along several stretches of the tile at once, one node of each in turn.
+constexpr std::uint32_t kStretches = 2;
+
+template <class Visit>
+void in_sweep_order(std::uint32_t n, bool backward, const Visit& visit) {
+  const std::uint32_t stretch = n / kStretches;
+  const std::uint32_t rest = stretch * kStretches;
+  if (backward) {
+    for (std::uint32_t i = n; i-- > rest;) {
+      visit(i);
+    }
+    for (std::uint32_t k = stretch; k-- > 0;) {
+      for (std::uint32_t s = kStretches; s-- > 0;) {
+        visit(s * stretch + k);
+      }
+    }
+    return;
+  }
+  for (std::uint32_t k = 0; k < stretch; ++k) {
+    for (std::uint32_t s = 0; s < kStretches; ++s) {
+      visit(s * stretch + k);
+    }
+  }
+  for (std::uint32_t i = rest; i < n; ++i) {
+    visit(i);
+  }
+}
+
 template <class Block, SweepMode Mode>
 void run(std::span<const NodeTerm<Block>> terms, std::span<const std::uint32_t> row_begin,
          const std::uint32_t* neighbor, const Coefficient<Block>* coefficient, Value<Block>* x,
          float omega, bool backward) {
-  const auto n = static_cast<std::uint32_t>(terms.size());
-  for (std::uint32_t k = 0; k < n; ++k) {
-    const std::uint32_t i = backward ? n - 1 - k : k;
+  in_sweep_order(static_cast<std::uint32_t>(terms.size()), backward, [&](std::uint32_t i) {
     const std::uint32_t first = row_begin[i];
     Node<Block, Mode>::update(terms[i], neighbor + first, coefficient + first,
                               row_begin[i + 1] - first, x, x[i], omega);
-  }
+  });
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/solve/block_ops.h"
+#include "engine/solve/border_gauges.h"
 #include "engine/solve/hierarchy.h"
 
 namespace rattan {
@@ -45,6 +46,10 @@ struct SystemLevel {
   Field<Value<Block>> residual;
   Field<Value<Block>> correction;
   HaloBoard<Value<Block>> correction_board;
+  // Cycles: where the last step started from, and the restricted product of the matrix with it.
+  Field<Value<Block>> base;
+  HaloBoard<Value<Block>> base_board;
+  Field<Value<Block>> product;
 };
 
 /// A system on all levels of a hierarchy; coarse fields die with it.
@@ -58,10 +63,12 @@ struct SystemHierarchy {
   ~SystemHierarchy();
 };
 
-/// Gauges and Galerkin products of all levels; `coarse_stiffness` as in SolveOptions.
+/// Gauges and Galerkin products of all levels; `coarse_stiffness` as in SolveOptions. The border
+/// gauges of the finest level may be known already.
 template <class Block>
 void coarsen_system(SystemHierarchy<Block>& out, Store& store, const SystemFields<Block>& system,
-                    const Hierarchy& hierarchy, float coarse_stiffness, TaskGraph& tasks);
+                    const Hierarchy& hierarchy, float coarse_stiffness, TaskGraph& tasks,
+                    HaloBoard<Coefficient<Block>> border_gauges = {});
 
 /// Pinned chunks of one tile.
 template <class Block>
@@ -151,24 +158,8 @@ struct TileSystem {
 
   /// Carries a value from the parent's gauge to node i's, by the strongest edges along the tree.
   Coefficient<Block> gauge(std::uint32_t i) const {
-    using Ops = BlockOps<Block>;
-    Coefficient<Block> g = Ops::identity();
-    if constexpr (Ops::kPeriodic) {
-      while (tree[i] != i) {
-        const std::uint32_t toward = tree[i];
-        float best = -1.0F;
-        Coefficient<Block> step = Ops::identity();
-        for (std::uint32_t e = row_begin[i]; e < row_begin[i + 1]; ++e) {
-          if (neighbor[e] == toward && Ops::magnitude2(coefficient[e]) > best) {
-            best = Ops::magnitude2(coefficient[e]);
-            step = coefficient[e];
-          }
-        }
-        g = Ops::compose(g, Ops::unit_of(step));
-        i = toward;
-      }
-    }
-    return g;
+    return gauge_along<Block>(tree.span(), row_begin.span(), neighbor.span(), coefficient.span(),
+                              i);
   }
 };
 

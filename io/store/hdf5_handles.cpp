@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "io/store/hdf5_handles.h"
 
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+
 #include "engine/core/errors.h"
 #include "io/store/stage_file.h"
 
@@ -34,19 +39,30 @@ Session::Session() : lock_(library_mutex) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // per thread
 }
 
+namespace {
+
+/// The error that the system gave, as the library's messages have it; 0 if it gave none.
+int system_error(const std::string& text) {
+  const std::string key = "errno = ";
+  const std::size_t at = text.find(key);
+  return at == std::string::npos ? 0 : std::atoi(text.c_str() + at + key.size());
+}
+
+}  // namespace
+
 void fail(const std::string& path, const std::string& what) {
   std::string text;
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, append_message, &text);
   H5Eclear2(H5E_DEFAULT);
-  const auto says = [&](const char* words) { return text.find(words) != std::string::npos; };
-  if (says("No space left") || says("Disk quota exceeded") || says("File too large")) {
+  const int error = system_error(text);
+  if (error == ENOSPC || error == EDQUOT || error == EFBIG) {
     throw DiskFull(path + ": cannot " + what + ": the disk is full");
   }
-  if (says("Permission denied") || says("Read-only file system") || says("Input/output error") ||
-      says("No such file or directory") || says("Not a directory") || says("Too many open files")) {
-    throw ResourceError(path + ": cannot " + what + " (" + text +
-                        "). Check the directory, or choose another with --work-dir.");
+  if (error != 0) {
+    throw ResourceError(path + ": cannot " + what + " (" + std::strerror(error) +
+                        "). Check the disk and the directory, or choose another with --work-dir.");
   }
+  std::replace(text.begin(), text.end(), '\n', ' ');
   throw InternalError(path + ": cannot " + what + " (" + text + ")");
 }
 

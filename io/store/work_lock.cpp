@@ -151,34 +151,48 @@ class Descriptor {
 WorkLock::WorkLock(const fs::path& directory, Timing timing)
     : directory_(directory), timing_(timing) {
   std::string holder;
+  bool taken = false;
+  try {
+    taken = take(holder);
+  } catch (...) {
+    remove_directory();
+    throw;
+  }
+  if (!taken) {
+    throw ResourceError(directory_.string() + ": the work directory is in use by " +
+                        (holder.empty() ? "other processes" : holder) +
+                        ". Wait for it to end, or choose another directory with --work-dir.");
+  }
+  toucher_ = std::thread([this] { keep_touching(); });
+}
+
+void WorkLock::remove_directory() const {
+  ::rmdir(directory_.c_str());  // only if empty
+}
+
+bool WorkLock::take(std::string& holder) {
   std::uint32_t noise = static_cast<std::uint32_t>(::getpid()) * 2654435761U;
   for (int tries = 0; tries < kTries; ++tries) {
     if (try_take(holder)) {
-      toucher_ = std::thread([this] { keep_touching(); });
-      return;
+      return true;
     }
     if (!holder.empty()) {
-      break;
+      return false;
     }
     noise = noise * 1664525U + 1013904223U;
     std::this_thread::sleep_for(milliseconds(20 + (noise >> 16) % 180));
   }
-  throw ResourceError(directory_.string() + ": the work directory is in use by " +
-                      (holder.empty() ? "other processes" : holder) +
-                      ". Wait for it to end, or choose another directory with --work-dir.");
+  return false;
 }
 
 // False with a name: the directory is in use. False without: others are at it too, try again.
 bool WorkLock::try_take(std::string& holder) {
   std::error_code error;
-  if (fs::create_directories(directory_, error)) {
-    ours_ = true;
-  }
+  fs::create_directories(directory_, error);
   if (error) {
     unusable(directory_, "created", error.value());
   }
   const std::vector<std::uint64_t> found = lock_numbers(directory_);
-  ours_ = ours_ || !found.empty() || fs::exists(directory_ / "checkpoint", error);
   std::vector<Descriptor> dead;
   for (const std::uint64_t n : found) {
     Descriptor file(::open(lock_path(directory_, n).c_str(), O_RDWR | O_CLOEXEC));
@@ -248,9 +262,7 @@ WorkLock::~WorkLock() {
   toucher_.join();
   if (held()) {
     ::unlink(path_.c_str());
-    if (ours_) {
-      ::rmdir(directory_.c_str());  // only if empty
-    }
+    remove_directory();
   }
   ::close(fd_);
 }

@@ -31,8 +31,7 @@ class WorkLock {
   /// directory cannot be used; nothing there is changed then.
   explicit WorkLock(const std::filesystem::path& directory) : WorkLock(directory, Timing()) {}
   WorkLock(const std::filesystem::path& directory, Timing timing);
-  /// Gives the lock back; removes the directory if that leaves it empty, unless it was there before
-  /// and empty or foreign.
+  /// Gives the lock back; removes the directory if that leaves it empty.
   ~WorkLock();
   WorkLock(const WorkLock&) = delete;
   WorkLock& operator=(const WorkLock&) = delete;
@@ -42,7 +41,9 @@ class WorkLock {
   bool held() const;
 
  private:
+  bool take(std::string& holder);
   bool try_take(std::string& holder);
+  void remove_directory() const;
   void keep_touching();
 
   std::filesystem::path directory_;
@@ -50,7 +51,6 @@ class WorkLock {
   std::filesystem::path path_;
   std::uint64_t number_ = 0;
   int fd_ = -1;
-  bool ours_ = false;  ///< the directory is Rattan's own
   std::mutex mutex_;
   std::condition_variable wake_;
   bool ending_ = false;

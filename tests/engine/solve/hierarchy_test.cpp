@@ -55,7 +55,7 @@ TEST(Hierarchy, EveryLevelPartitionsTheOneBelow) {
       ++members[p];
     }
     EXPECT_EQ(next, coarse.layout.node_count);
-    EXPECT_LE(*std::max_element(members.begin(), members.end()), 4);
+    EXPECT_LE(*std::max_element(members.begin(), members.end()), 8);
     double held = 0.0;
     for (std::uint32_t c = 0; c < coarse.layout.tile_count(); ++c) {
       for (const float n : read(*coarse.store, coarse.count, TileId(c))) {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <array>
+
 #include <Eigen/SparseCholesky>
 #include <gtest/gtest.h>
 
@@ -181,6 +183,58 @@ TEST(Real, ZeroRightHandSideGivesZero) {
   for (const float x : s.solution()) {
     EXPECT_EQ(x, 0.0F);
   }
+}
+
+// A weak fit, and sources that sum to zero: the solution is long waves.
+TEST(Real, CyclesReachLongWavesInAFixedNumberOfPasses) {
+  std::array<double, 2> error_of_one{};
+  std::size_t run = 0;
+  for (const std::uint32_t side : {48U, 192U}) {
+    const std::uint32_t n = side * side;
+    const auto edges = phase_grid<RealBlock>(side, side, false, 0, 0, 0, 1);
+    auto rhs = random_values<RealBlock>(n, 5, false);
+    double sum = 0.0;
+    for (const float b : rhs) {
+      sum += static_cast<double>(b);
+    }
+    for (float& b : rhs) {
+      b -= static_cast<float>(sum / n);
+    }
+    const std::vector<float> fit(n, 1e-3F / static_cast<float>(n));
+    Eigen::MatrixXd expected = direct<RealBlock>(n, edges, fit, rhs, {});
+    expected.array() -= expected.mean();
+    double before = 1.0;
+    for (const int cycles : {1, 2, 3}) {
+      TestSystem<RealBlock> s;
+      build<RealBlock>(s, n, edges, 700, fit, rhs);
+      TaskGraph tasks;
+      const auto hierarchy = build_hierarchy(s.store, s.layout, s.halo, s.graph, {}, tasks);
+      SolveOptions options;
+      options.coarse_stiffness = 0.5F;
+      options.cycles = cycles;
+      const std::uint64_t passes = tasks.passes();
+      const auto report =
+          solve_nested<RealBlock>(s.store, s.layout, s.halo, s.fields, *hierarchy, options, tasks);
+      EXPECT_EQ(report.passes, 1U + 2U * static_cast<unsigned>(cycles));
+      EXPECT_EQ(tasks.passes() - passes, report.passes + report.setup_passes);
+      auto x = s.solution();
+      double mean = 0.0;
+      for (const float v : x) {
+        mean += static_cast<double>(v) / n;
+      }
+      for (float& v : x) {
+        v -= static_cast<float>(mean);
+      }
+      const double error = relative_error<RealBlock>(x, expected);
+      EXPECT_LT(error, 0.6 * before);
+      before = error;
+      if (cycles == 1) {
+        error_of_one[run++] = error;
+      }
+    }
+  }
+  EXPECT_LT(error_of_one[0], 0.05);
+  EXPECT_LT(error_of_one[1], 0.05);
 }
 
 }  // namespace

@@ -71,9 +71,13 @@ TEST_F(WorkLockTest, OneAtATimeAndNothingStays) {
     EXPECT_EQ(files(), std::vector<std::string>{"lock.1"});
   }
   EXPECT_FALSE(fs::exists(work_));
-  fs::create_directory(work_);
+  fs::create_directory(work_);  // as a power cut may leave it
   { const WorkLock again(work_); }
-  EXPECT_TRUE(fs::exists(work_));  // it was there before
+  EXPECT_FALSE(fs::exists(work_));
+  fs::create_directory(work_);
+  std::ofstream(work_ / "mine") << "1";
+  { const WorkLock again(work_); }
+  EXPECT_EQ(files(), std::vector<std::string>{"mine"});
 }
 
 TEST_F(WorkLockTest, TheLockOfAKilledProcessIsTakenOver) {
