@@ -125,7 +125,16 @@ void JobSteps::end(std::string_view name, std::string result) {
   }
 }
 
+void JobSteps::check_ours() const {
+  if (ours_ && !ours_()) {
+    throw ResourceError(
+        "Another process took the work directory over while this one was suspended. Let that one "
+        "finish, or give another directory with --work-dir.");
+  }
+}
+
 void JobSteps::checkpoint() {
+  check_ours();
   store_.set_note(kLog, pack(log_));
   store_.checkpoint();
 }

@@ -4,6 +4,7 @@
 // The steps of a job, as engine/core/steps.h wants them, with checkpoints of the store in between.
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <stop_token>
@@ -49,6 +50,10 @@ class JobSteps final : public Steps {
   /// Steps from now on give their costs to its stages.
   void attach(StageClock& clock) { clock_ = &clock; }
   CheckpointPolicy& policy() { return policy_; }
+  /// Asked before anything is saved: whether the work directory is still this process's.
+  void save_only_if(std::function<bool()> ours) { ours_ = std::move(ours); }
+  /// Throws ResourceError if it isn't.
+  void check_ours() const;
 
   /// What the result of the steps from now on depends on, besides the steps before: options and
   /// inputs as text.
@@ -94,6 +99,7 @@ class JobSteps final : public Steps {
   std::stop_token stop_;
   StageClock* clock_ = nullptr;
   CheckpointPolicy policy_;
+  std::function<bool()> ours_;
   std::vector<Entry> log_;
   std::size_t next_ = 0;
   std::size_t resumed_ = 0;

@@ -75,8 +75,8 @@ class RemeshJob {
     double start = 0.0;
   };
 
-  RemeshJob(const RemeshOptions& options, const std::string& work_directory, ProgressSink& progress,
-            const StopRequests& stop, const Attempt& attempt)
+  RemeshJob(const RemeshOptions& options, const std::string& work_directory, const WorkLock& lock,
+            ProgressSink& progress, const StopRequests& stop, const Attempt& attempt)
       : options_(options),
         start_(attempt.start),
         names_(output_names(options_)),
@@ -108,6 +108,7 @@ class RemeshJob {
         maker_(job_),
         finisher_(job_) {
     steps_.attach(clock_);
+    steps_.save_only_if([&lock] { return lock.held(); });
     if (options_.checkpoint_seconds) {
       steps_.policy().force(*options_.checkpoint_seconds);
     }
@@ -140,6 +141,7 @@ class RemeshJob {
       steps_.save();
     }
     finish_report();
+    steps_.check_ours();  // before the work is deleted
     store_.set_keep(options_.keep_work);
     return std::move(report_);
   }
@@ -440,11 +442,11 @@ class RemeshJob {
 
 /// As long as saved work turns out not to fit or to be damaged, with what is left of it.
 RemeshReport run_attempts(const RemeshOptions& options, const std::string& work_directory,
-                          ProgressSink& progress, const StopRequests& stop) {
+                          const WorkLock& lock, ProgressSink& progress, const StopRequests& stop) {
   constexpr int kMostDamages = 100;
   RemeshJob::Attempt attempt{.fresh = options.fresh, .warnings = {}, .start = wall_seconds()};
   for (int damages = 0;;) {
-    RemeshJob job(options, work_directory, progress, stop, attempt);
+    RemeshJob job(options, work_directory, lock, progress, stop, attempt);
     attempt.fresh = false;
     attempt.most_steps = std::numeric_limits<std::size_t>::max();
     try {
@@ -486,7 +488,7 @@ RemeshReport remesh_scan(const RemeshOptions& options, ProgressSink& progress,
       resolved.work_dir.empty() ? outputs[0] + ".work" : resolved.work_dir;
   const WorkLock lock(work_directory);
   try {
-    return run_attempts(resolved, work_directory, progress, stop);
+    return run_attempts(resolved, work_directory, lock, progress, stop);
   } catch (const Cancelled& e) {
     std::string what = e.what();
     what.erase(what.find_last_not_of('.') + 1);

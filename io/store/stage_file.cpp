@@ -155,7 +155,9 @@ std::unique_ptr<StageFile> StageFile::create(const fs::path& path) {
   std::unique_ptr<StageFile> file(new StageFile(path));
   const Session session;
   const Handle access = access_properties();
-  file->file_ = H5Fcreate(file->path().c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get());
+  const Handle creation(H5Pcreate(H5P_FILE_CREATE));
+  H5Pset_obj_track_times(creation.get(), false);  // of the root group
+  file->file_ = H5Fcreate(file->path().c_str(), H5F_ACC_TRUNC, creation.get(), access.get());
   if (file->file_ < 0) {
     hdf5::fail(file->path().string(), "create the file");
   }
@@ -223,10 +225,13 @@ StageFile::Dataset& StageFile::dataset(const std::string& field, bool may_create
     const Handle space(H5Screate_simple(1, &size, &unlimited));
     const Handle creation(H5Pcreate(H5P_DATASET_CREATE));
     H5Pset_chunk(creation.get(), 1, &kHdf5Chunk);
+    H5Pset_obj_track_times(creation.get(), false);  // equal work gives equal files
     H5Pset_fill_time(creation.get(), H5D_FILL_TIME_NEVER);
-    const Handle links(H5Pcreate(H5P_LINK_CREATE));
-    H5Pset_create_intermediate_group(links.get(), 1);
-    set.id = H5Dcreate2(file_, name.c_str(), H5T_NATIVE_UINT8, space.get(), links.get(),
+    const Handle group_creation(H5Pcreate(H5P_GROUP_CREATE));
+    H5Pset_obj_track_times(group_creation.get(), false);
+    const Handle group(
+        H5Gcreate2(file_, group_of(field).c_str(), H5P_DEFAULT, group_creation.get(), H5P_DEFAULT));
+    set.id = H5Dcreate2(file_, name.c_str(), H5T_NATIVE_UINT8, space.get(), H5P_DEFAULT,
                         creation.get(), access.get());
     if (set.id < 0) {
       hdf5::fail(path().string(), "create field " + field);
@@ -317,8 +322,10 @@ void StageFile::seal(const Contents& contents) {
     }
     const std::array<hsize_t, 2> size = {records.size(), 4};
     const Handle space(H5Screate_simple(2, size.data(), nullptr));
+    const Handle creation(H5Pcreate(H5P_DATASET_CREATE));
+    H5Pset_obj_track_times(creation.get(), false);
     const Handle index(H5Dcreate2(file_, (group_of(field) + "/index").c_str(), H5T_NATIVE_UINT64,
-                                  space.get(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+                                  space.get(), H5P_DEFAULT, creation.get(), H5P_DEFAULT));
     static_assert(sizeof(ChunkRecord) == 4 * sizeof(std::uint64_t));
     if (!index.valid() || H5Dwrite(index.get(), H5T_NATIVE_UINT64, H5S_ALL, H5S_ALL, H5P_DEFAULT,
                                    records.data()) < 0) {

@@ -6,6 +6,7 @@ import shutil
 import struct
 import subprocess
 import tempfile
+import time
 import unittest
 import zlib
 from pathlib import Path
@@ -116,14 +117,20 @@ class Render(unittest.TestCase):
                     for r in rows[tall * (i // 3) : tall * (i // 3 + 1) - 29]]
             self.assertLess(0.2, drawn(part), f"panel {i}")
         self.assertEqual({p.name: p.read_bytes() for p in self.work.iterdir()}, before)
-        # As far as the work came.
-        for stages, panels in ((("mesh",), 1), (("mesh", "field"), 3),
-                               (("mesh", "field", "param"), 4)):
-            part = self.folder / f"part{panels}"
-            part.mkdir()
-            for stage in stages:
-                shutil.copy(self.work / (stage + ".h5"), part)
-            self.assertEqual(round(self.render(part, "--size", 100)[0] / panel), panels)
+        # As far as the work of a run came that was killed.
+        for made, least in (("graph.*.h5", 1), ("param.*.h5", 3)):
+            out = self.folder / f"killed{least}.drc"
+            process = subprocess.Popen(
+                [RATTAN, "remesh", self.scan, "-o", out, "--quiet", "--keep-work"],
+                env=dict(os.environ, RATTAN_CHECKPOINT_SECONDS="0"))
+            work = Path(str(out) + ".work")
+            while process.poll() is None and not (
+                    (work / "checkpoint").exists() and list(work.glob(made))):
+                time.sleep(0.002)
+            process.kill()
+            process.wait()
+            panels = round(self.render(work, "--size", 100)[0] / panel)
+            self.assertGreaterEqual(panels, least)
 
     def test_preview(self):
         png = self.folder / "preview.png"
