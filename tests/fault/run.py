@@ -12,6 +12,7 @@ import argparse
 import os
 import random
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -168,6 +169,14 @@ def main():
         print(f"{time.monotonic() - begin:7.1f} s  {sentence}", flush=True)
 
     tallies = []
+    stopped = []
+
+    def stop(number, _frame):
+        stopped.append(number)
+        raise KeyboardInterrupt
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, stop)
 
     def tally(name):
         tallies.append(Tally(name, log))
@@ -189,11 +198,17 @@ def main():
             plan[name]()
         except Skip as reason:
             tallies[-1].skipped = str(reason)
+        except KeyboardInterrupt:
+            if len(tallies) == before:
+                tally(name)
+            tallies[-1].fail("stopped before its end")
         except Exception as error:  # the suite's own mistake, or a scan that can't be made at all
             if len(tallies) == before:
                 tally(name)
             tallies[-1].fail(f"{type(error).__name__}: {error}")
         log(f"{name}: {time.monotonic() - start:.0f} s; {tallies[-1].summary()}")
+        if stopped:
+            break
 
     failures = sum(len(t.failures) for t in tallies)
     print(f"\nseed {options.seed}, {time.monotonic() - begin:.0f} s")

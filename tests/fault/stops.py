@@ -43,12 +43,13 @@ def stage_at(reference, share):
 
 
 def await_handler(running, number):
-    """Before its first lines of code a program can't do anything about a signal."""
+    """Before its first lines of code a program can't do anything about a signal: it must catch it, or
+    block it to wait for it."""
     while running.wait(0.005) is None:
-        caught = next((line for line in Path(f"/proc/{running.pid}/status").read_text().splitlines()
-                       if line.startswith("SigCgt:")), "SigCgt: 0")
-        if int(caught.split()[1], 16) >> (number - 1) & 1:
-            return
+        for line in Path(f"/proc/{running.pid}/status").read_text().splitlines():
+            name, _, mask = line.partition(":")
+            if name in ("SigCgt", "SigBlk") and int(mask, 16) >> (number - 1) & 1:
+                return
 
 
 def stop_and_resume(bench, tally, case, share, number):
