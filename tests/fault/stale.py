@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from checks import expect_done, remove
 from interrupted import interrupt
-from program import resumed_stages
+from program import outputs, resumed_stages
 
 # Each as (first, second); the work directory is the same.
 CHANGES = [
@@ -24,7 +24,7 @@ CHANGES = [
     (("--faces", "900"), ("--faces", "900", "--curl-correction")),
     (("--faces", "900"), ("--faces", "900", "--energy", "edge")),
     (("--faces", "900"), ("--faces", "900", "--newton-steps", "2")),
-    (("--faces", "900"), ("--faces", "900", "--position-bits", "10")),
+    (("--faces", "900"), ("--faces", "900", "--position-bits", "12")),
     (("--faces", "900"), ("--faces", "900", "--fill-holes", "1000")),
     (("--faces", "900"), ("--faces", "900", "--drop-components", "50")),
     (("--faces", "900"), ("--faces", "900", "--threads", "1", "--memory", "512MiB")),
@@ -37,6 +37,8 @@ def resume_as(bench, tally, first, second, where, share):
     work = ("--work-dir", str(folder / "same.work"))
     where = f"{where} in {folder.name}"
     interrupt(bench, first, folder, share, more=work)
+    for name in outputs(folder):  # those of the first command that were complete
+        (folder / name).unlink()
     ended = bench.run(second, folder, *work)
     tally.count("changed commands")
     if expect_done(tally, bench, second, folder, ended, where):
