@@ -44,6 +44,11 @@ bool CheckpointPolicy::due(double since_last, double elapsed, double last_cost) 
   return since_last >= std::clamp(last_cost / kCostShare, soonest, latest);
 }
 
+bool CheckpointPolicy::due_before_long_step(double since_last, double elapsed) const {
+  // A run of a few seconds isn't worth a file.
+  return !forced_ && elapsed > 4.0 && since_last >= 1.0 + 0.01 * elapsed;
+}
+
 JobSteps::JobSteps(Hdf5Store& store, std::stop_token stop, std::size_t most)
     : store_(store), stop_(std::move(stop)), start_(wall_seconds()), last_saved_(start_) {
   if (const auto saved = store_.note(kLog)) {
@@ -119,10 +124,24 @@ void JobSteps::end(std::string_view name, std::string result) {
   }
   const double now = wall_seconds();
   if (policy_.due(now - last_saved_, resumed_seconds_ + now - start_, last_cost_)) {
-    checkpoint();
-    last_saved_ = wall_seconds();
-    last_cost_ = last_saved_ - now;
+    save_now();
   }
+}
+
+void JobSteps::before_long_step() {
+  const double now = wall_seconds();
+  // With steps of the log left, this one was done before.
+  if (next_ == log_.size() && !log_.empty() &&
+      policy_.due_before_long_step(now - last_saved_, resumed_seconds_ + now - start_)) {
+    save_now();
+  }
+}
+
+void JobSteps::save_now() {
+  const double now = wall_seconds();
+  checkpoint();
+  last_saved_ = wall_seconds();
+  last_cost_ = last_saved_ - now;
 }
 
 void JobSteps::check_ours() const {

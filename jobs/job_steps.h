@@ -26,6 +26,8 @@ class CheckpointPolicy {
   /// `last_cost`: what the checkpoint before took, in seconds; where the disk is slow they come
   /// less often, within the promise.
   bool due(double since_last, double elapsed, double last_cost) const;
+  /// Whether to save already because a long step follows, in which nothing can be.
+  bool due_before_long_step(double since_last, double elapsed) const;
 
  private:
   std::optional<double> forced_;
@@ -61,6 +63,8 @@ class JobSteps final : public Steps {
   /// The next step makes this file: done only as long as that is as it was.
   void next_makes(std::string path) { makes_ = std::move(path); }
 
+  void before_long_step() override;
+
   /// Steps that an earlier run did and this one passed over.
   std::size_t resumed() const { return resumed_; }
   /// Saves all and waits until that is on disk.
@@ -94,6 +98,7 @@ class JobSteps final : public Steps {
   bool usable(std::size_t steps) const;
   void keep_first(std::size_t steps);
   void checkpoint();
+  void save_now();
 
   Hdf5Store& store_;
   std::stop_token stop_;

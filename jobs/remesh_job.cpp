@@ -134,6 +134,9 @@ class RemeshJob {
     }
     const double most = *std::max_element(faces.begin(), faces.end());
     check_memory(memory_wish(job_.mesh.topology.vertices, most), memory_, options_.scan);
+    scan_memory_ =
+        budget_.reserve(memory_need(memory_wish(job_.mesh.topology.vertices, 0.0), memory_).scan,
+                        "the scan's tables");
     for (const PlannedSize& planned : plan_sizes(faces, options_.density)) {
       make_size(planned);
     }
@@ -426,6 +429,7 @@ class RemeshJob {
   std::uint64_t memory_;
   MemoryBudget budget_;
   Reservation process_memory_;
+  Reservation scan_memory_;
   Hdf5Store store_;
   JobSteps steps_;
   TaskGraph tasks_;

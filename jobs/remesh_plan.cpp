@@ -20,11 +20,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Measured on synthetic scans of 1.6 to 25.6 million triangles, see README.md.
-constexpr std::uint64_t kLiveBytesPerVertex = 470;
-constexpr std::uint64_t kDiskBytesPerVertex = 600;
-constexpr int kPasses = 60;
-constexpr double kSecondsPerTriangle = 5e-6;
+// Measured on synthetic scans of 1.6 to 100 million triangles, see README.md.
+constexpr std::uint64_t kLiveBytesPerVertex = 440;
+constexpr std::uint64_t kDiskBytesPerVertex = 500;
+constexpr int kPasses = 40;
+constexpr double kSecondsPerTriangle = 3.6e-6;
 constexpr double kSecondsPerFace = 20e-6;
 constexpr double kParallelShare = 0.93;
 constexpr double kDiskBytesPerSecond = 4e8;

@@ -46,6 +46,9 @@ class Steps {
     }
   }
 
+  /// The next step takes long: a good moment to save what there is.
+  virtual void before_long_step() {}
+
  protected:
   /// The packed result if the step was done before, else null: it is done now. Valid until the next
   /// call.

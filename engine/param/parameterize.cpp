@@ -199,6 +199,7 @@ SolveReport parameterize(Store& store, const ScanMesh& mesh, const SurfaceField&
     }
     write(store, kPhaseGauges, kBoardTile, gauges.take());
   });
+  steps.before_long_step();
   return steps.run("phase", [&] {
     SolveHooks<PairBlock> hooks;
     hooks.border_gauges = take_board(store, kPhaseGauges);

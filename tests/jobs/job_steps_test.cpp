@@ -181,6 +181,9 @@ TEST_F(JobStepsTest, ARequestToStopSavesFirst) {
 
 TEST(CheckpointPolicy, KeepsThePromiseAndThePrice) {
   const CheckpointPolicy policy;
+  EXPECT_FALSE(policy.due_before_long_step(3.9, 3.9));
+  EXPECT_TRUE(policy.due_before_long_step(2.0, 10.0));
+  EXPECT_FALSE(policy.due_before_long_step(0.5, 10.0));
   EXPECT_FALSE(policy.due(3.9, 3.9, 0.0));  // a short run
   EXPECT_TRUE(policy.due(4.2, 4.2, 0.0));
   for (const double elapsed : {10.0, 100.0, 10000.0}) {

@@ -67,9 +67,7 @@ int bench(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--threads", options.threads, "thread counts, 0 for all processors")
       ->delimiter(',');
-  app.add_option("--memory", options.budgets,
-                 "budgets of rattan's, e.g. 256MiB,2GiB; default: its own")
-      ->delimiter(',');
+  app.add_option("--memory", options.budgets, "budgets, e.g. default,256MiB,2GiB")->delimiter(',');
   app.add_option("--ratio", options.ratio, "faces per triangle")->capture_default_str();
   app.add_option("--repeats", options.repeats, "runs of each; the fastest counts")
       ->capture_default_str();

@@ -61,7 +61,7 @@ ThroughputRow remesh_once(const ThroughputOptions& options, const std::string& s
                                     "--fresh",
                                     "--report",
                                     report};
-  if (!budget.empty()) {
+  if (budget != kDefaultBudget) {
     words.insert(words.end(), {"--memory", budget});
   }
   ThroughputRow row;
@@ -99,10 +99,11 @@ std::string growth(const std::vector<ThroughputRow>& rows) {
     }
     if (smallest && largest->size > first.size) {
       text += fmt::format(
-          "{} threads, {}: from {} to {} triangles the cost of one grows {:.2f} times ({:.2f} to "
+          "{} threads, budget {}: from {} to {} triangles the cost of one grows {:.2f} times "
+          "({:.2f} to "
           "{:.2f} microseconds)\n",
-          first.threads, first.budget.empty() ? "default budget" : first.budget, first.triangles,
-          largest->triangles, largest->seconds_per_triangle() / first.seconds_per_triangle(),
+          first.threads, first.budget, first.triangles, largest->triangles,
+          largest->seconds_per_triangle() / first.seconds_per_triangle(),
           1e6 * first.seconds_per_triangle(), 1e6 * largest->seconds_per_triangle());
     }
   }
@@ -155,12 +156,12 @@ std::string throughput_table(const std::vector<ThroughputRow>& rows) {
   for (const ThroughputRow& row : rows) {
     const auto n = static_cast<double>(row.triangles);
     text += fmt::format(
-        "{} triangles -> {} faces ({:.1f} % quads), {} threads, {}: {:.2f} s, {:.0f} triangles/s, "
+        "{} triangles -> {} faces ({:.1f} % quads), {} threads, budget {}: {:.2f} s, {:.0f} "
+        "triangles/s, "
         "peak {} MiB",
         row.triangles, row.faces,
         100.0 * static_cast<double>(row.quads) / std::max(1.0, static_cast<double>(row.faces)),
-        row.threads, row.budget.empty() ? "default budget" : row.budget, row.seconds,
-        n / row.seconds, row.peak_bytes >> 20U);
+        row.threads, row.budget, row.seconds, n / row.seconds, row.peak_bytes >> 20U);
     text += row.draco_seconds > 0.0
                 ? fmt::format(", {:.2f} times draco_encoder ({:.2f} s)\n",
                               row.seconds / row.draco_seconds, row.draco_seconds)
@@ -191,8 +192,9 @@ std::string throughput_json(const std::vector<ThroughputRow>& rows) {
   };
   for (const ThroughputRow& row : rows) {
     const auto n = static_cast<double>(row.triangles);
-    const std::string base = fmt::format("remesh/triangles:{}/threads:{}{}", row.size, row.threads,
-                                         row.budget.empty() ? "" : "/memory:" + row.budget);
+    const std::string base =
+        fmt::format("remesh/triangles:{}/threads:{}{}", row.size, row.threads,
+                    row.budget == kDefaultBudget ? "" : "/memory:" + row.budget);
     double cpu = 0.0;
     for (const StageTime& s : row.stages) {
       add(base + "/stage:" + s.name, s.seconds, s.cpu_seconds, n);

@@ -7,12 +7,14 @@
 
 namespace rattan {
 
+inline constexpr const char* kDefaultBudget = "default";
+
 struct ThroughputOptions {
   std::vector<std::uint64_t> sizes;  ///< triangles of each synthesised scan
   double ratio = 0.03125;            ///< faces per triangle: 1.6 million to 50,000
   std::vector<int> threads = {0};
-  std::vector<std::string> budgets = {""};  ///< for --memory; empty: Rattan's default
-  int repeats = 1;                          ///< the fastest run counts
+  std::vector<std::string> budgets = {kDefaultBudget};  ///< for --memory
+  int repeats = 1;                                      ///< the fastest run counts
   std::string directory;
   std::string rattan;  ///< the program
 };
