@@ -60,7 +60,7 @@ struct JobContext {
   const BoundaryCurve& boundary_curve() {
     if (!curve_) {
       curve_.emplace(store, mesh, tasks);
-      loops_.emplace(*curve_);
+      loops_.emplace(*curve_, field.features->has_clear_edges());
     }
     return *curve_;
   }

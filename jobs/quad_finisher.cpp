@@ -12,6 +12,7 @@
 #include "engine/remesh/quality.h"
 #include "engine/remesh/refine_creases.h"
 #include "engine/remesh/refine_loops.h"
+#include "engine/remesh/unfold.h"
 #include "engine/remesh/untangle.h"
 #include "engine/remesh/vertex_colours.h"
 
@@ -93,6 +94,10 @@ void QuadFinisher::refine_curves() {
     added += unfold_ears(mesh);
     added += refine_loops(mesh, job_.boundary_curve(), job_.boundary_loops(), tolerance);
   }
+  const bool clear_edges = job_.field.features->has_clear_edges();
+  if (clear_edges) {
+    added += unfold_faces(mesh);
+  }
   if (added > 0) {
     OptimiseOptions options = optimise_options();
     options.hold_curves = true;
@@ -100,6 +105,9 @@ void QuadFinisher::refine_curves() {
     optimise(mesh, job_.store, job_.mesh, projector(), options, job_.tasks);
     if (job_.keeps_loops()) {
       unfold_ears(mesh);
+    }
+    if (clear_edges) {
+      unfold_faces(mesh);
     }
   }
 }

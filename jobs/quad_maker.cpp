@@ -21,6 +21,8 @@ namespace {
 
 // Boundary loops shorter than this, in quad sides, get their vertices before all else.
 constexpr double kShortLoop = 12.0;
+// On objects with clear edges, whose windows are meant.
+constexpr double kShortClearLoop = 20.0;
 
 }  // namespace
 
@@ -143,8 +145,10 @@ double QuadMaker::quadrangulate_cells(std::optional<CellComplex>& cells) {
   cells.reset();
   erase_cells(job_.store);
   if (job_.keeps_loops()) {
+    const bool clear = job_.field.features->has_clear_edges();
     reshape_short_loops(mesh, job_.boundary_curve(), job_.boundary_loops(),
-                        kShortLoop * job_.target.quad_side, job_.curve_tolerance());
+                        (clear ? kShortClearLoop : kShortLoop) * job_.target.quad_side,
+                        job_.curve_tolerance());
   }
   job_.remesh.set(std::move(mesh));
   save_lines(job_.store, omega_, density_);

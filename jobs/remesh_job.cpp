@@ -247,30 +247,40 @@ class RemeshJob {
     options.curl_power = options_.curl_correction ? 1.0 : 0.2;
     options.features.creases = options_.crease > 0.0;
     options.features.crease_degrees = options_.crease;
+    options.features.tolerance = job_.curve_tolerance();
+    options.features.most_corners = static_cast<std::size_t>(kMostCorners * job_.target.faces);
     steps_.depend_on(
         fmt::format("quad-side={:a} energy={} symmetry={} smoothing={:a} curl={:a} "
-                    "crease={:a}",
+                    "crease={:a} corners={}",
                     options.quad_side, static_cast<int>(options.energy), options_.symmetry,
-                    options.smoothing.value_or(-1.0), options.curl_power, options_.crease));
+                    options.smoothing.value_or(-1.0), options.curl_power, options_.crease,
+                    options.features.most_corners));
     job_.field = compute_field(store_, job_.mesh, options, tasks_, owner_ ? &job_.field : nullptr);
   }
 
   // Where curves took so many more faces than expected that the target is missed, all is made again
   // with larger quads; what comes nearest is kept.
   void correct_size() {
-    constexpr int kRounds = 2;
-    for (int round = 0; round < kRounds && expected_to_meet_ && !finisher_.met(); ++round) {
-      const double side = maker_.side();
-      const double miss = finisher_.miss();
-      const auto make = [&](double at) {
-        maker_.make_at(at, std::numeric_limits<double>::infinity());
-        finisher_.finish();
-      };
-      make(side * std::sqrt(finisher_.faces() / job_.target.faces));
-      if (finisher_.miss() >= miss) {
-        make(side);
-        return;
+    constexpr int kRounds = 4;
+    const bool worth_it = expected_to_meet_ || job_.field.features->has_clear_edges();
+    double best_side = maker_.side();
+    double least_miss = finisher_.miss();
+    double made = best_side;
+    const auto make = [&](double side) {
+      made = side;
+      maker_.make_at(side, std::numeric_limits<double>::infinity());
+      finisher_.finish();
+    };
+    for (int round = 0; round < kRounds && worth_it && !finisher_.met(); ++round) {
+      // What curves take doesn't change with the side: more than the square root of the miss.
+      make(made * finisher_.faces() / job_.target.faces);
+      if (finisher_.miss() < least_miss) {
+        least_miss = finisher_.miss();
+        best_side = made;
       }
+    }
+    if (made != best_side) {
+      make(best_side);
     }
   }
 
@@ -417,6 +427,9 @@ class RemeshJob {
       write_report(report_, options_.report);
     }
   }
+
+  // Corners of ragged creases for each face: more leave no room for quads beside them.
+  static constexpr double kMostCorners = 0.1;
 
   RemeshReport report_;
   const RemeshOptions& options_;

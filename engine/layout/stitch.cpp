@@ -305,7 +305,8 @@ class Stitcher {
     }
   }
 
-  /// Removes paths that end nowhere. An open arc counts -1, a freed point +1.
+  /// Removes paths that end nowhere, but for features that have a corner there. An open arc counts
+  /// -1, a freed point +1.
   void peel() {
     std::vector<std::uint32_t> degree(k_.nodes.size());
     std::vector<std::uint32_t> stack;
@@ -319,7 +320,7 @@ class Stitcher {
     while (!stack.empty()) {
       const std::uint32_t n = stack.back();
       stack.pop_back();
-      if (degree[n] != 1) {
+      if (degree[n] != 1 || ends_feature(n)) {
         continue;
       }
       for (std::uint32_t i = k_.dart_begin[n]; i < k_.dart_begin[n + 1]; ++i) {
@@ -342,6 +343,20 @@ class Stitcher {
         }
       }
     }
+  }
+
+  /// The one arc that is left at the node is a feature's that keeps its end.
+  bool ends_feature(std::uint32_t n) const {
+    if ((k_.nodes[n].flags & kFeatureCornerNode) == 0) {
+      return false;
+    }
+    for (std::uint32_t i = k_.dart_begin[n]; i < k_.dart_begin[n + 1]; ++i) {
+      const SkeletonArc& a = k_.arcs[k_.darts[i] >> 1];
+      if (a.alive && a.feature) {
+        return true;
+      }
+    }
+    return false;
   }
 
   void compact() {
@@ -367,7 +382,7 @@ class Stitcher {
     k_.is_essential.assign(k_.nodes.size(), 0);
     for (std::uint32_t n = 0; n < k_.nodes.size(); ++n) {
       const std::uint32_t degree = k_.degree(n);
-      if (degree > 2 || (degree == 2 && k_.nodes[n].flags != 0)) {
+      if (degree > 2 || degree == 1 || (degree == 2 && k_.nodes[n].flags != 0)) {
         k_.is_essential[n] = 1;
         k_.essential.push_back(n);
       }

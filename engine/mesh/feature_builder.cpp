@@ -2,6 +2,7 @@
 #include "engine/mesh/feature_builder.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <tuple>
@@ -29,6 +30,13 @@ constexpr double kMostZigzag = 0.15;
 constexpr double kClearContrast = 9.0;
 constexpr double kFairContrast = 6.0;
 constexpr double kMostContrast = 1e6;
+/// If this share of all that is sharp lies on clear curves, the scan is of an object with edges
+/// (two found: 0.5 and 1), else of one with relief (0 to 0.06 on ten).
+constexpr double kClearShare = 0.25;
+/// What is ragged has to be sharper by this than what is clear, and if there is too much of it, by
+/// these angles.
+constexpr double kRaggedShare = 1.1;
+constexpr std::array kRaggedDegrees{0.0, 45.0, 60.0, 90.0};
 /// A corner turns between points this far before and behind it, in quad sides.
 constexpr double kWindow = 0.5;
 constexpr double kCornerGrowth = 1.5;
@@ -50,6 +58,13 @@ void unite(std::vector<std::uint32_t>& parent, std::uint32_t a, std::uint32_t b)
 
 double length_of(const FeatureCandidate& c) {
   return (c.p_hi.cast<double>() - c.p_lo.cast<double>()).norm();
+}
+
+double distance_to_segment(const Vec3d& p, const Vec3d& a, const Vec3d& b) {
+  const Vec3d d = b - a;
+  const double length2 = d.squaredNorm();
+  const double t = length2 > 0.0 ? std::clamp((p - a).dot(d) / length2, 0.0, 1.0) : 0.0;
+  return (a + t * d - p).norm();
 }
 
 bool before(const FeatureCandidate& x, const FeatureCandidate& y) {
@@ -147,7 +162,9 @@ void FeatureBuilder::connect() {
 std::vector<std::uint8_t> FeatureBuilder::plain_nodes() const {
   std::vector<std::uint8_t> node(ids_.size());
   for (std::uint32_t v = 0; v < ids_.size(); ++v) {
-    node[v] = valence(v) != 2 ? 1 : 0;
+    const bool passed = valence(v) == 2 &&
+                        edges_[around_[begin_[v]]].ragged == edges_[around_[begin_[v] + 1]].ragged;
+    node[v] = passed ? 0 : 1;
   }
   return node;
 }
@@ -161,6 +178,7 @@ void FeatureBuilder::trace(const std::vector<std::uint8_t>& node) {
     c.first = static_cast<std::uint32_t>(walk_.size());
     c.from = from;
     c.boundary = edges_[edge].boundary;
+    c.ragged = edges_[edge].ragged;
     std::uint32_t at = from;
     for (;;) {
       used[edge] = 1;
@@ -311,6 +329,91 @@ void FeatureBuilder::drop_noise() {
   }
 }
 
+std::uint64_t FeatureBuilder::units(double length) const {
+  constexpr double kUnits = 1e6;
+  return static_cast<std::uint64_t>(std::min(kUnits * length / options_.side, 1e15));
+}
+
+bool FeatureBuilder::find_clear() {
+  merge_halves(edges_, [](std::uint64_t, std::uint64_t) { return true; });
+  drop_noise();
+  std::uint64_t clear = 0;
+  for (const FeatureCandidate& c : edges_) {
+    clear += !c.boundary && static_cast<double>(c.bend) >= strong_ ? units(length_of(c)) : 0;
+  }
+  clear_ = clear > 0 && static_cast<double>(clear) >= kClearShare * static_cast<double>(sharp_);
+  if (clear_) {
+    found_ = std::move(edges_);
+    edges_.clear();
+  }
+  return clear_;
+}
+
+void FeatureBuilder::add_ragged() {
+  merge_halves(edges_, [](std::uint64_t, std::uint64_t) { return true; });
+  auto known = found_.begin();
+  for (FeatureCandidate& c : edges_) {
+    const auto ends = std::tie(c.lo, c.hi);
+    while (known != found_.end() && std::tie(known->lo, known->hi) < ends) {
+      ++known;
+    }
+    c.ragged = !c.boundary && (known == found_.end() || std::tie(known->lo, known->hi) != ends);
+  }
+  found_ = {};
+  // The sharper ones only, if all were more than the remesh has room for.
+  const std::vector<FeatureCandidate> all = edges_;
+  for (const double degrees : kRaggedDegrees) {
+    const double least = std::max(degrees, kRaggedShare * options_.crease_degrees);
+    const double s = exact::sincos(0.5 * least / 180.0 * exact::kPi).sin;
+    keep_ragged(4.0 * s * s);
+    if (ragged_corners() <= options_.most_corners) {
+      return;
+    }
+    edges_ = all;
+  }
+  std::erase_if(edges_, [](const FeatureCandidate& c) { return c.ragged; });
+}
+
+void FeatureBuilder::keep_ragged(double strong) {
+  connect();
+  trace(plain_nodes());
+  // Of curves that are mostly weak only what is sharp by itself.
+  std::vector<std::uint8_t> keep(edges_.size(), 1);
+  for (const Curve& c : curves_) {
+    const auto sharp = [&](std::uint32_t e) {
+      return static_cast<double>(edges_[e].bend) >= strong;
+    };
+    double length_of_sharp = 0.0;
+    for (std::uint32_t k = 0; k < c.count; ++k) {
+      const std::uint32_t e = walk_[c.first + k];
+      length_of_sharp += sharp(e) ? length(e) : 0.0;
+    }
+    if (c.ragged && length_of_sharp < kStrongShare * c.length) {
+      for (std::uint32_t k = 0; k < c.count; ++k) {
+        keep[walk_[c.first + k]] = sharp(walk_[c.first + k]) ? 1 : 0;
+      }
+    }
+  }
+  drop(keep);
+  connect();
+  drop_short();
+}
+
+std::size_t FeatureBuilder::ragged_corners() {
+  connect();
+  std::vector<std::uint8_t> corner = plain_nodes();
+  divide_ragged(corner);
+  std::size_t count = 0;
+  for (std::uint32_t v = 0; v < ids_.size(); ++v) {
+    bool ragged = false;
+    for (std::uint32_t k = begin_[v]; k < begin_[v + 1]; ++k) {
+      ragged = ragged || edges_[around_[k]].ragged;
+    }
+    count += corner[v] != 0 && ragged ? 1 : 0;
+  }
+  return count;
+}
+
 void FeatureBuilder::drop_short() {
   // Components of creases and loops of the boundary, each by itself.
   std::vector<double> total(ids_.size(), 0.0);
@@ -414,17 +517,82 @@ std::vector<std::uint8_t> FeatureBuilder::find_corners() const {
   return corner;
 }
 
+// Douglas and Peucker.
+void FeatureBuilder::divide(const std::vector<std::uint32_t>& path, std::size_t first,
+                            std::size_t last, std::vector<std::uint8_t>& node) const {
+  double worst = options_.tolerance;
+  std::size_t where = 0;
+  for (std::size_t i = first + 1; i < last; ++i) {
+    const double off =
+        distance_to_segment(position(path[i]), position(path[first]), position(path[last]));
+    if (off > worst) {
+      worst = off;
+      where = i;
+    }
+  }
+  if (where > 0) {
+    node[path[where]] = 1;
+    divide(path, first, where, node);
+    divide(path, where, last, node);
+  }
+}
+
+void FeatureBuilder::divide_ragged(std::vector<std::uint8_t>& node) {
+  trace(node);
+  std::vector<std::uint32_t> path;
+  for (const Curve& c : curves_) {
+    if (!c.ragged) {
+      continue;
+    }
+    path.assign(1, c.from);
+    for (std::uint32_t k = 0; k < c.count; ++k) {
+      path.push_back(other_end(walk_[c.first + k], path.back()));
+    }
+    if (c.closed) {
+      node[c.from] = 1;
+    }
+    divide(path, 0, path.size() - 1, node);
+  }
+}
+
+void FeatureBuilder::list_followed(FeatureSet& set) const {
+  set.vertices_ = ids_;
+  set.first_ = begin_;
+  for (std::uint32_t v = 0; v < ids_.size(); ++v) {
+    for (std::uint32_t k = begin_[v]; k < begin_[v + 1]; ++k) {
+      set.neighbors_.push_back(ids_[other_end(around_[k], v)]);
+    }
+    std::sort(set.neighbors_.begin() + begin_[v], set.neighbors_.begin() + begin_[v + 1]);
+  }
+  const std::vector<std::uint8_t> corner = find_corners();
+  for (std::uint32_t v = 0; v < ids_.size(); ++v) {
+    if (corner[v] != 0) {
+      set.followed_corners_.push_back(ids_[v]);
+    }
+  }
+}
+
 FeatureSet FeatureBuilder::finish() {
-  merge_halves(edges_, [](std::uint64_t, std::uint64_t) { return true; });
-  drop_noise();
+  FeatureSet set;
+  set.clear_ = clear_;
   connect();
   drop_short();
-  FeatureSet set;
   if (edges_.empty()) {
     return set;
   }
+  const std::vector<FeatureCandidate> kept = edges_;
+  std::erase_if(edges_, [](const FeatureCandidate& c) { return c.ragged; });
   connect();
-  const std::vector<std::uint8_t> corner = find_corners();
+  list_followed(set);
+  edges_ = kept;
+  connect();
+  std::vector<std::uint8_t> corner = plain_nodes();
+  for (std::uint32_t v = 0; v < ids_.size(); ++v) {
+    if (std::binary_search(set.followed_corners_.begin(), set.followed_corners_.end(), ids_[v])) {
+      corner[v] = 1;
+    }
+  }
+  divide_ragged(corner);
   trace(corner);
   set.edges_.resize(edges_.size());
   for (std::uint32_t i = 0; i < curves_.size(); ++i) {
@@ -438,19 +606,19 @@ FeatureSet FeatureBuilder::finish() {
     to.lo = edges_[e].lo;
     to.hi = edges_[e].hi;
     to.boundary = edges_[e].boundary;
+    to.ragged = edges_[e].ragged;
     to.p_lo = edges_[e].p_lo;
     to.p_hi = edges_[e].p_hi;
     set.crease_edges_ += to.boundary ? 0 : 1;
   }
-  set.vertices_ = ids_;
-  set.first_ = begin_;
+  set.all_vertices_ = ids_;
   for (std::uint32_t v = 0; v < ids_.size(); ++v) {
-    for (std::uint32_t k = begin_[v]; k < begin_[v + 1]; ++k) {
-      set.neighbors_.push_back(ids_[other_end(around_[k], v)]);
-    }
-    std::sort(set.neighbors_.begin() + begin_[v], set.neighbors_.begin() + begin_[v + 1]);
     if (corner[v] != 0) {
       set.corners_.push_back(ids_[v]);
+    }
+    // On an object with edges their ends are meant, and stay.
+    if (valence(v) == 1 && !clear_) {
+      set.loose_ends_.push_back(ids_[v]);
     }
   }
   return set;

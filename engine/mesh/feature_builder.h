@@ -19,6 +19,7 @@ struct FeatureCandidate {
   float rest = 0.0F;      ///< mean of the same over the other edges around the ends
   std::uint8_t seen = 0;  ///< bit 0: sharp from lo, bit 1: from hi
   bool boundary = false;
+  bool ragged = false;
 };
 
 /// Collects what the tiles found; in memory from there on.
@@ -32,9 +33,18 @@ class FeatureBuilder {
   /// tiles have found. Touches nothing but its argument.
   void reduce_tile(std::uint64_t first, std::uint32_t owned,
                    std::vector<FeatureCandidate>& found) const;
-  void add(const std::vector<FeatureCandidate>& found) {
+  /// `sharp`: length of all sharp edges of the tile, in units.
+  void add(const std::vector<FeatureCandidate>& found, std::uint64_t sharp) {
     edges_.insert(edges_.end(), found.begin(), found.end());
+    sharp_ += sharp;
   }
+  double strong() const { return strong_; }
+  /// A length as an integer, so that sums don't depend on their order.
+  std::uint64_t units(double length) const;
+  /// Leaves the clear curves of what was added; true if they are most of what is sharp.
+  bool find_clear();
+  /// Then, with all that is sharp added once more: adds the rest of it as ragged curves.
+  void add_ragged();
   FeatureSet finish();
 
  private:
@@ -50,6 +60,7 @@ class FeatureBuilder {
     double contrast = 0.0;  ///< how much more it bends than the surface beside it
     bool closed = false;
     bool boundary = false;
+    bool ragged = false;
   };
 
   void drop(const std::vector<std::uint8_t>& keep);
@@ -73,10 +84,21 @@ class FeatureBuilder {
   /// Leaves curves that are long, smooth and sharp, and short ones in between.
   void drop_noise();
   void drop_short();
+  /// Drops ragged curves that are less sharp, and what is short.
+  void keep_ragged(double strong);
+  std::size_t ragged_corners();
   std::vector<std::uint8_t> find_corners() const;
+  /// Nodes where the chords of ragged curves between them would leave these too far.
+  void divide_ragged(std::vector<std::uint8_t>& node);
+  void divide(const std::vector<std::uint32_t>& path, std::size_t first, std::size_t last,
+              std::vector<std::uint8_t>& node) const;
+  void list_followed(FeatureSet& set) const;
 
   FeatureOptions options_;
   double strong_;
+  std::uint64_t sharp_ = 0;
+  std::vector<FeatureCandidate> found_;  ///< clear curves, while the rest is looked for
+  bool clear_ = false;
   std::vector<FeatureCandidate> edges_;
   std::vector<std::array<std::uint32_t, 2>> ends_;  ///< local vertices of each edge
   std::vector<std::uint64_t> ids_;                  ///< global ids of local vertices, ascending

@@ -31,10 +31,12 @@ struct State {
   ChunkView<std::uint8_t> flags;
   VertexFans fans;
   std::vector<FeatureCandidate> found;
+  std::uint64_t sharp = 0;  ///< length of sharp edges, in units of FeatureBuilder::units
 };
 
 /// Candidates as seen from the tile's owned vertices.
-void search_tile(State& s, const FeatureOptions& options, double weak_bend) {
+void search_tile(State& s, const FeatureOptions& options, double weak_bend, bool all_sharp,
+                 const FeatureBuilder& builder) {
   const std::uint32_t owned = s.tile.extent.owned;
   const std::uint32_t* row = s.fans.row_begin.data();
   const std::uint32_t* neighbor = s.fans.neighbor.data();
@@ -107,6 +109,12 @@ void search_tile(State& s, const FeatureOptions& options, double weak_bend) {
     if (!(static_cast<double>(sharpest) >= weak_bend)) {
       continue;
     }
+    for (std::uint32_t k = 0; k < n; ++k) {
+      const std::uint32_t j = neighbor[begin + k];
+      if (id(i) < id(j) && static_cast<double>(bend[k]) >= builder.strong()) {
+        s.sharp += builder.units((p[j] - p[i]).cast<double>().norm());
+      }
+    }
     double rest = 0.0;
     std::size_t sharp = 0;
     for (std::uint32_t k = 0; k < n; ++k) {
@@ -117,13 +125,14 @@ void search_tile(State& s, const FeatureOptions& options, double weak_bend) {
         rest += b;
       }
     }
-    if (sharp > kMostSharp) {
+    if (sharp > kMostSharp && !all_sharp) {
       continue;
     }
     const double noise = n > sharp ? rest / static_cast<double>(n - sharp) : 0.0;
     for (std::uint32_t k = 0; k < n; ++k) {
       const auto b = static_cast<double>(bend[k]);
-      if (b >= weak_bend && b >= kContrast * kContrast * noise) {
+      const bool clear = sharp <= kMostSharp && b >= kContrast * kContrast * noise;
+      if (b >= weak_bend && (clear || (all_sharp && b >= builder.strong()))) {
         add(i, neighbor[begin + k], b, noise, false);
       }
     }
@@ -137,12 +146,7 @@ bool FeatureSet::is_corner(std::uint64_t vertex) const {
 }
 
 bool FeatureSet::is_loose_end(std::uint64_t vertex) const {
-  const auto v = std::lower_bound(vertices_.begin(), vertices_.end(), vertex);
-  if (v == vertices_.end() || *v != vertex) {
-    return false;
-  }
-  const auto at = static_cast<std::size_t>(v - vertices_.begin());
-  return first_[at + 1] - first_[at] == 1;
+  return std::binary_search(loose_ends_.begin(), loose_ends_.end(), vertex);
 }
 
 TileFeatures FeatureSet::of_tile(const TileExtent& extent,
@@ -155,7 +159,7 @@ TileFeatures FeatureSet::of_tile(const TileExtent& extent,
     m.vertex = static_cast<std::uint32_t>(*v - extent.first);
     m.first = static_cast<std::uint32_t>(out.neighbor.size());
     m.neighbors = first_[at + 1] - first_[at];
-    m.corner = is_corner(*v);
+    m.corner = std::binary_search(followed_corners_.begin(), followed_corners_.end(), *v);
     for (std::uint32_t k = first_[at]; k < first_[at + 1]; ++k) {
       const std::uint64_t id = neighbors_[k];
       const bool own = id >= extent.first && id < extent.first + extent.owned;
@@ -200,7 +204,7 @@ std::vector<std::array<std::uint32_t, 2>> FeatureSet::tile_creases(const TileMes
   };
   list(from(edges_.begin(), first), first + owned);
   for (const std::uint64_t id : halo) {
-    if (std::binary_search(vertices_.begin(), vertices_.end(), id)) {
+    if (std::binary_search(all_vertices_.begin(), all_vertices_.end(), id)) {
       list(from(edges_.begin(), id), id + 1);
     }
   }
@@ -213,24 +217,32 @@ FeatureSet find_features(Store& store, const ScanMesh& mesh, const FeatureOption
       exact::sincos(0.5 * kWeakShare * options.crease_degrees / 180.0 * exact::kPi).sin;
   const double strong = exact::sincos(0.5 * options.crease_degrees / 180.0 * exact::kPi).sin;
   FeatureBuilder builder(options, 4.0 * strong * strong);
-  run_pass<State>(
-      tasks, "features", mesh.layout.tile_count(),
-      [&](TileId id, State& s) {
-        s.tile = load_tile(store, mesh, id);
-        s.flags = read(store, fields::kVertexFlag, id);
-      },
-      [&](TileId id, State& s) {
-        const TileExtent& extent = mesh.layout.tiles[id.value];
-        s.fans = build_fans(s.tile);
-        search_tile(s, options, 4.0 * weak * weak);
-        builder.reduce_tile(extent.first, extent.owned, s.found);
-      },
-      [&](TileId id, State& s) {
-        builder.add(s.found);
-        if (make_graph) {
-          write_fans(store, id, s.fans);
-        }
-      });
+  // Once for clear curves; where these are most of what is sharp, once more for the rest.
+  for (const bool all_sharp : {false, true}) {
+    run_pass<State>(
+        tasks, "features", mesh.layout.tile_count(),
+        [&](TileId id, State& s) {
+          s.tile = load_tile(store, mesh, id);
+          s.flags = read(store, fields::kVertexFlag, id);
+        },
+        [&](TileId id, State& s) {
+          const TileExtent& extent = mesh.layout.tiles[id.value];
+          s.fans = build_fans(s.tile);
+          search_tile(s, options, 4.0 * weak * weak, all_sharp, builder);
+          builder.reduce_tile(extent.first, extent.owned, s.found);
+        },
+        [&](TileId id, State& s) {
+          builder.add(s.found, s.sharp);
+          if (make_graph && !all_sharp) {
+            write_fans(store, id, s.fans);
+          }
+        });
+    if (all_sharp) {
+      builder.add_ragged();
+    } else if (!builder.find_clear()) {
+      break;
+    }
+  }
   return builder.finish();
 }
 

@@ -30,6 +30,38 @@ class Cleaner {
  public:
   Cleaner(CellMap& map, double side) : map_(map), side_(side) {}
 
+  /// Ends of features inside a cell get a second edge, to the corner that continues them best.
+  void join_loose_ends() {
+    std::vector<std::uint32_t> halves;
+    for (std::uint32_t v = 0; v < map_.vertex_count(); ++v) {
+      if (!map_.vertex_alive(v) || map_.valence(v) != 1 || !map_.is_corner(v)) {
+        continue;
+      }
+      const std::uint32_t h = map_.vertex_half(v);
+      const std::uint32_t u = map_.target(h);
+      map_.face_halves(map_.face(h), halves);
+      const Vec3d along = map_.position(v) - map_.position(u);
+      std::uint32_t best = kNone;
+      double least = 0.0;
+      for (const std::uint32_t to : halves) {
+        const std::uint32_t w = map_.origin(to);
+        if (w == u || w == v || map_.valence(w) < 2) {
+          continue;
+        }
+        const Vec3d way = map_.position(w) - map_.position(v);
+        const double lengths = std::max(way.norm() * along.norm(), 1e-300);
+        const double cost = way.norm() * (2.0 - way.dot(along) / lengths);
+        if (best == kNone || cost < least) {
+          best = to;
+          least = cost;
+        }
+      }
+      if (best != kNone) {
+        map_.split_face(h, best);
+      }
+    }
+  }
+
   void remove_small() {
     for (std::uint32_t f = 0; f < map_.face_count(); ++f) {
       note_face(f);
@@ -359,6 +391,7 @@ class Cleaner {
 
 CleanReport clean(CellMap& map, double side, double contract_below) {
   Cleaner cleaner(map, side);
+  cleaner.join_loose_ends();
   cleaner.remove_small();
   if (contract_below > 0) {
     for (int round = 0; round < 3; ++round) {

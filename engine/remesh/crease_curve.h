@@ -3,6 +3,7 @@
 
 // The scan's sharp feature curves as polylines, for vertices on creases to slide along.
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -13,6 +14,8 @@
 
 namespace rattan {
 
+inline constexpr std::uint32_t kNoCurve = 0xffffffffU;
+
 /// Holds all crease edges (about 60 bytes an edge).
 class CreaseCurve {
  public:
@@ -22,6 +25,9 @@ class CreaseCurve {
   bool empty() const { return segments_.empty(); }
   /// The curve (FeatureEdge::curve) nearest to a point; ties go to the lowest edge. Not if empty.
   std::uint32_t nearest_curve(const Vec3d& p) const;
+  /// The one curve that runs from one of these points to the other; kNoCurve if there is none or
+  /// several do. Ends of curves are exact: corners stay where they are.
+  std::uint32_t between(const Vec3d& p, const Vec3d& q) const;
   /// Closest point of one curve.
   Vec3d closest(const Vec3d& p, std::uint32_t curve) const;
 
@@ -29,10 +35,15 @@ class CreaseCurve {
   std::vector<Vec3f> ends_;              ///< two a segment
   std::vector<LocalTriangle> segments_;  ///< as triangles without area
   std::vector<std::uint32_t> curve_;     ///< one a segment
+  struct Ends {
+    std::array<double, 6> points;  ///< the lower one first
+    std::uint32_t curve;
+  };
+  void list_ends(const FeatureSet& features);
+
+  std::vector<Ends> between_;  ///< one an open curve, ascending
   std::unique_ptr<TriangleIndex> index_;
 };
-
-inline constexpr std::uint32_t kNoCurve = 0xffffffffU;
 
 /// Where the vertices of a remesh stand on creases.
 struct CreaseVertices {
@@ -43,7 +54,8 @@ struct CreaseVertices {
 };
 
 /// From PolygonMesh::feature_edges. Chains of edges between vertices that are corners or of another
-/// degree than two lie on the curve that most of their points are nearest to.
+/// degree than two lie on the curve between these, else on that which most of their points are
+/// nearest to.
 CreaseVertices crease_vertices(const PolygonMesh& mesh, const CreaseCurve& creases);
 
 }  // namespace rattan

@@ -16,6 +16,7 @@
 #include "engine/core/parallel.h"
 #include "engine/remesh/boundary_curve.h"
 #include "engine/remesh/crease_curve.h"
+#include "engine/remesh/edge_sort.h"
 #include "engine/remesh/quadric.h"
 #include "engine/remesh/shape_pull.h"
 #include "engine/remesh/vertex_motion.h"
@@ -100,6 +101,7 @@ class Optimiser {
         beside_crease_[f] |= crease_.degree[v] > 0 ? 1 : 0;
       }
     }
+    list_neighbors();
     face_normal_.resize(mesh_.face_count());
     edge_length_ = mean_edge_length(mesh_);
   }
@@ -151,8 +153,12 @@ class Optimiser {
     vertex_normal_ = vertex_normals(mesh_, stars_);
     parallel_indices(mesh_.face_count(), [&](std::size_t f) {
       if (beside_crease_[f] != 0) {
-        // Normals of vertices on creases lean to the other side.
-        const Vec3d n = face_normal(f);
+        // Normals of vertices on creases lean to the other side; a face that is folded has its
+        // neighbours against it.
+        Vec3d n = face_normal(f);
+        for (std::uint32_t at = neighbor_begin_[f]; at < neighbor_begin_[f + 1]; ++at) {
+          n += face_normal(neighbor_[at]);
+        }
         const double length = n.norm();
         face_normal_[f] = length > 0.0 ? Vec3d(n / length) : face_normal_[f];
         return;
@@ -164,6 +170,44 @@ class Optimiser {
       const double length = n.norm();
       face_normal_[f] = length > 0.0 ? Vec3d(n / length) : Vec3d::Zero();
     });
+  }
+
+  /// Of faces beside creases, those across edges that aren't creases themselves.
+  void list_neighbors() {
+    neighbor_begin_.assign(mesh_.face_count() + 1, 0);
+    if (creases_.empty()) {
+      return;
+    }
+    std::vector<std::array<std::uint32_t, 2>> features = mesh_.feature_edges;
+    for (auto& [low, high] : features) {
+      if (low > high) {
+        std::swap(low, high);
+      }
+    }
+    std::sort(features.begin(), features.end());
+    std::vector<std::array<std::uint32_t, 2>> pairs;
+    const std::vector<FaceSide> sides = sorted_sides(mesh_);
+    for (std::size_t i = 0; i + 1 < sides.size(); ++i) {
+      const FaceSide& a = sides[i];
+      const FaceSide& b = sides[i + 1];
+      if (a.low != b.low || a.high != b.high ||
+          std::binary_search(features.begin(), features.end(), std::array{a.low, a.high})) {
+        continue;
+      }
+      for (const auto& [f, g] : {std::array{a.face, b.face}, std::array{b.face, a.face}}) {
+        if (beside_crease_[f] != 0) {
+          pairs.push_back({f, g});
+          ++neighbor_begin_[f + 1];
+        }
+      }
+    }
+    std::sort(pairs.begin(), pairs.end());
+    for (std::size_t f = 0; f < mesh_.face_count(); ++f) {
+      neighbor_begin_[f + 1] += neighbor_begin_[f];
+    }
+    for (const auto& pair : pairs) {
+      neighbor_.push_back(pair[1]);
+    }
   }
 
   Vec3d face_normal(std::size_t f) const {
@@ -554,6 +598,7 @@ class Optimiser {
   CreaseCurve creases_;
   CreaseVertices crease_;
   std::vector<std::uint8_t> beside_crease_;  ///< one a face
+  std::vector<std::uint32_t> neighbor_begin_, neighbor_;
   std::vector<Motion> motion_;
   std::vector<std::uint32_t> loop_;
   std::vector<Vec3d> vertex_normal_;

@@ -2,6 +2,7 @@
 #include "engine/remesh/refine_creases.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -11,16 +12,19 @@
 #include "engine/remesh/repair.h"
 #include "engine/remesh/split_cells.h"
 #include "engine/remesh/split_polygon.h"
+#include "engine/remesh/triangle_index.h"
 
 namespace rattan {
 
 namespace {
 
-constexpr int kRounds = 3;
+constexpr int kRounds = 6;
 /// Parts of one edge in a round.
 constexpr int kMostParts = 8;
 /// Of the tolerance, for parts: distances are sampled.
 constexpr double kPartTolerance = 0.9;
+/// Of an edge, the part at each end where it isn't divided at a point that was missed.
+constexpr double kEnd = 0.1;
 /// Quads between two triangles that become quads together.
 constexpr std::uint32_t kPairBetween = 3;
 /// Of a step of irregularity in the choice of diagonals.
@@ -101,21 +105,77 @@ class Divider {
   std::vector<Vec3d> on_, points_;
 };
 
+/// Points of the curves that are far from the edges that follow them: the farthest of each edge.
+void add_missed_points(const PolygonMesh& mesh, const FeatureSet& features,
+                       const std::vector<std::uint32_t>& curves, double tolerance,
+                       std::vector<Division>& out) {
+  std::vector<Vec3f> ends;
+  std::vector<LocalTriangle> segments;
+  for (const auto& edge : mesh.feature_edges) {
+    const auto i = static_cast<std::uint32_t>(ends.size());
+    for (const std::uint32_t v : edge) {
+      ends.push_back(mesh.positions[v].cast<float>());
+    }
+    segments.push_back({i, i + 1, i});
+  }
+  if (segments.empty()) {
+    return;
+  }
+  const TriangleIndex index(ends, segments, 0, curves);
+  std::vector<double> worst(segments.size(), tolerance);
+  std::vector<Vec3d> where(segments.size(), Vec3d::Zero());
+  for (const FeatureEdge& e : features.edges()) {
+    if (e.boundary) {
+      continue;
+    }
+    for (const Vec3f& end : {e.p_lo, e.p_hi}) {
+      const Vec3d p = end.cast<double>();
+      ClosestHit hit;
+      index.closest_labelled(p, e.curve, hit);
+      if (hit.triangle == kNoTriangle) {
+        continue;
+      }
+      const auto& [u, v] = mesh.feature_edges[hit.triangle];
+      const Vec3d along = mesh.positions[v] - mesh.positions[u];
+      const double length2 = along.squaredNorm();
+      const double t = length2 > 0.0 ? (p - mesh.positions[u]).dot(along) / length2 : 0.0;
+      const double off = (mesh.positions[u] + t * along - p).norm();
+      if (t > kEnd && t < 1.0 - kEnd && off > worst[hit.triangle] &&
+          off < 0.5 * std::sqrt(length2)) {
+        worst[hit.triangle] = off;
+        where[hit.triangle] = p;
+      }
+    }
+  }
+  for (std::size_t i = 0; i < segments.size(); ++i) {
+    if (worst[i] > tolerance) {
+      out.push_back({mesh.feature_edges[i][0], mesh.feature_edges[i][1], {where[i]}});
+    }
+  }
+}
+
 std::vector<Division> find_divisions(const PolygonMesh& mesh, const CreaseCurve& creases,
-                                     double tolerance) {
+                                     const FeatureSet& features, double tolerance) {
   const CreaseVertices at = crease_vertices(mesh, creases);
   Divider divider(creases, tolerance);
   std::vector<Division> out;
+  std::vector<std::uint32_t> curves;  // one a feature edge
   for (const auto& [u, v] : mesh.feature_edges) {
     const Vec3d& p = mesh.positions[u];
     const Vec3d& q = mesh.positions[v];
+    const std::uint32_t whole = creases.between(p, q);
     const std::uint32_t curve = at.curve[u] != kNoCurve   ? at.curve[u]
                                 : at.curve[v] != kNoCurve ? at.curve[v]
+                                : whole != kNoCurve       ? whole
                                                           : creases.nearest_curve(0.5 * (p + q));
+    curves.push_back(curve);
     const std::vector<Vec3d>& points = divider.divide(p, q, curve);
     if (!points.empty()) {
       out.push_back({u, v, points});
     }
+  }
+  if (out.empty() && features.has_clear_edges()) {
+    add_missed_points(mesh, features, curves, tolerance, out);
   }
   return out;
 }
@@ -162,7 +222,7 @@ std::uint64_t refine_creases(PolygonMesh& mesh, const FeatureSet& features, doub
     return added;
   }
   for (int round = 0; round < kRounds; ++round) {
-    const std::vector<Division> divisions = find_divisions(mesh, creases, tolerance);
+    const std::vector<Division> divisions = find_divisions(mesh, creases, features, tolerance);
     if (divisions.empty()) {
       break;
     }

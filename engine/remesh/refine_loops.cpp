@@ -20,6 +20,7 @@ namespace {
 constexpr double kMostZigzag = 0.15;
 /// Loops of fewer corners can't be told from a zigzag, nor matter.
 constexpr std::size_t kFewCorners = 5;
+constexpr std::size_t kMostRaggedCorners = 200;
 /// Quads between two triangles that become quads together.
 constexpr std::uint32_t kPairBetween = 3;
 /// Evenly spaced vertices are tried up to so many more than there are.
@@ -457,16 +458,17 @@ void for_each_hole(const CellMap& map, const BoundaryCurve& curve, const F& f) {
 
 }  // namespace
 
-BoundaryLoops::BoundaryLoops(const BoundaryCurve& curve) : corners_(curve.loops()) {
+BoundaryLoops::BoundaryLoops(const BoundaryCurve& curve, bool all) : corners_(curve.loops()) {
   for (const std::vector<Vec3d>& p : corners_) {
     double length = 0.0;
     for (std::size_t k = 0; k < p.size(); ++k) {
       length += (p[(k + 1) % p.size()] - p[k]).norm();
     }
     length_.push_back(length);
-    const bool smooth = p.size() >= 3 && (p.size() < kFewCorners ||
-                                          mean_turn(p, 1) - 0.5 * mean_turn(p, 2) <= kMostZigzag);
-    smooth_.push_back(smooth ? 1 : 0);
+    const bool even =
+        p.size() < kFewCorners || mean_turn(p, 1) - 0.5 * mean_turn(p, 2) <= kMostZigzag;
+    smooth_.push_back(p.size() >= 3 && (all || even) ? 1 : 0);
+    ragged_.push_back(p.size() >= 3 && all && !even ? 1 : 0);
   }
 }
 
@@ -482,7 +484,10 @@ std::uint64_t reshape_short_loops(PolygonMesh& mesh, const BoundaryCurve& curve,
   for_each_hole(
       map, curve,
       [&](std::uint32_t f, const std::vector<std::uint32_t>& vertices, std::size_t number) {
-        if (taken[number] != 0 || !loops.is_smooth(number) || loops.length(number) >= longest) {
+        const bool few =
+            loops.length(number) < longest ||
+            (loops.is_ragged(number) && loops.corners(number).size() <= kMostRaggedCorners);
+        if (taken[number] != 0 || !loops.is_smooth(number) || !few) {
           return;
         }
         taken[number] = 1;

@@ -89,6 +89,87 @@ TEST(Features, AngleAndLengthDecide) {
   EXPECT_TRUE(features_of(roof(n, 0.5, 0.0), with_side(1.0)).empty());
 }
 
+/// Two folds: a straight one along v = 0.25, and one along v = 0.75 whose every other vertex lies
+/// beside that.
+Surface straight_and_ragged(std::uint32_t n) {
+  return testing::grid_surface(n, n, false, false, [=](double u, double v) {
+    const auto column = std::lround(u * n);
+    const double jag = std::lround(v * n) == 3 * n / 4 && column % 2 == 1 ? 0.35 / n : 0.0;
+    return Vec3d(u, v + jag, std::abs(v - 0.25) - std::max(0.0, 2.0 * (v - 0.75)));
+  });
+}
+
+struct Ragged {
+  std::size_t edges = 0, corners = 0;
+};
+
+/// Checks that all that is ragged lies on the second fold.
+Ragged ragged_of(const FeatureSet& f) {
+  Ragged r;
+  for (const FeatureEdge& e : f.edges()) {
+    if (e.ragged) {
+      ++r.edges;
+      EXPECT_FALSE(e.boundary);
+      EXPECT_GT(e.p_lo.y(), 0.7F);
+    }
+    for (const auto& [id, p] : {std::pair(e.lo, e.p_lo), std::pair(e.hi, e.p_hi)}) {
+      r.corners += e.ragged && f.is_corner(id) && p.x() > 0.0F && p.x() < 1.0F ? 1 : 0;
+    }
+  }
+  return r;
+}
+
+TEST(Features, RaggedCurvesComeWithClearOnes) {
+  const std::uint32_t n = 24;
+  const Surface s = straight_and_ragged(n);
+  FeatureOptions options = with_side(3.0 / n);
+  options.tolerance = 1.0 / n;
+  const FeatureSet coarse = features_of(s, options);
+  EXPECT_TRUE(coarse.has_clear_edges());
+  EXPECT_EQ(coarse.crease_edges(), 2 * n);
+  EXPECT_EQ(ragged_of(coarse).edges, n);
+  EXPECT_EQ(ragged_of(coarse).corners, 0U);
+  // Corners wherever the chords would leave the curve.
+  options.tolerance = 0.1 / n;
+  const FeatureSet fine = features_of(s, options);
+  EXPECT_EQ(ragged_of(fine).edges, n);
+  EXPECT_EQ(ragged_of(fine).corners, 2 * (n - 1));
+  for (const std::uint32_t tile : {37U, 100000U}) {
+    const FeatureSet f = features_of(s, options, tile);
+    ASSERT_EQ(f.edges().size(), fine.edges().size());
+    for (std::size_t i = 0; i < f.edges().size(); ++i) {
+      EXPECT_EQ(f.edges()[i].ragged, fine.edges()[i].ragged);
+      EXPECT_EQ(f.edges()[i].curve, fine.edges()[i].curve);
+    }
+  }
+  // Without room for them the clear ones stay alone.
+  options.most_corners = 0;
+  const FeatureSet few = features_of(s, options);
+  EXPECT_TRUE(few.has_clear_edges());
+  EXPECT_EQ(few.crease_edges(), n);
+  EXPECT_EQ(ragged_of(few).edges, 0U);
+}
+
+TEST(Features, LinesDontFollowRaggedCurves) {
+  const std::uint32_t n = 24;
+  TiledScan scan(straight_and_ragged(n), 50);
+  build_vertex_graph(scan.store, scan.mesh, scan.tasks);
+  const FeatureSet f = find_features(scan.store, scan.mesh, with_side(3.0 / n), scan.tasks);
+  std::size_t creases = 0;
+  for (std::uint32_t t = 0; t < scan.mesh.layout.tile_count(); ++t) {
+    const TileMesh mesh = load_tile(scan.store, scan.mesh, TileId(t));
+    const TileFeatures here = f.of_tile(mesh.extent, mesh.halo_ids.span());
+    for (const FeatureMark& m : here.marks) {
+      const Vec3f& p = mesh.positions[m.vertex];
+      EXPECT_FALSE(p.y() > 0.7F && p.y() < 0.8F && p.x() > 0.0F && p.x() < 1.0F);
+    }
+    for (const auto& [lo, hi] : f.tile_creases(mesh)) {
+      creases += mesh.positions[lo].y() > 0.7F ? 1 : 0;
+    }
+  }
+  EXPECT_GE(creases, n);
+}
+
 TEST(Features, TilesMakeNoDifference) {
   const Surface s = roof(30, 1.0, 0.003);
   const FeatureSet whole = features_of(s, with_side(0.1), 100000);

@@ -77,13 +77,13 @@ double inner_deviation(const PolygonMesh& m) {
 class RefineLoops : public testing::Test {
  protected:
   RefineLoops() { scan(0.0); }
-  void scan(double jag) {
+  void scan(double jag, bool all = false) {
     MemoryStore store;
     TaskGraph graph;
     const test::Soup s = ring_scan(96, jag);
     const ScanMesh mesh = tile_indexed_mesh(store, s.positions, s.triangles, 50);
     curve_ = std::make_unique<BoundaryCurve>(store, mesh, graph);
-    loops_ = std::make_unique<BoundaryLoops>(*curve_);
+    loops_ = std::make_unique<BoundaryLoops>(*curve_, all);
   }
   std::unique_ptr<BoundaryCurve> curve_;
   std::unique_ptr<BoundaryLoops> loops_;
@@ -148,6 +148,26 @@ TEST_F(RefineLoops, JaggedLoopsStay) {
   expect_ring(m);
   EXPECT_TRUE(std::equal(before.begin(), before.end(), m.positions.begin()));
   EXPECT_GT(inner_deviation(m), 0.05);
+}
+
+TEST_F(RefineLoops, JaggedLoopsThatCountGetTheirCorners) {
+  scan(0.08, true);
+  PolygonMesh m = ring_of_quads(8);
+  EXPECT_GE(reshape_short_loops(m, *curve_, *loops_, 0.0, 0.02), 88U);
+  expect_ring(m);
+  std::size_t ragged = 0;
+  for (std::size_t l = 0; l < 2; ++l) {
+    EXPECT_TRUE(loops_->is_smooth(l));
+    if (!loops_->is_ragged(l)) {
+      continue;
+    }
+    ++ragged;
+    for (const Vec3d& p : loops_->corners(l)) {
+      EXPECT_TRUE(std::any_of(m.positions.begin(), m.positions.end(),
+                              [&](const Vec3d& q) { return (p - q).norm() < 0.02; }));
+    }
+  }
+  EXPECT_EQ(ragged, 1U);
 }
 
 TEST_F(RefineLoops, FoldedEarsAreUnfolded) {
