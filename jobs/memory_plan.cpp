@@ -16,7 +16,7 @@ namespace {
 constexpr std::uint64_t kMiB = std::uint64_t{1} << 20;
 constexpr std::uint64_t kProcess = 40 * kMiB;
 constexpr std::uint64_t kTile = 4 * kMiB;
-constexpr std::uint64_t kBytesPerVertex = 10;
+constexpr std::uint64_t kBytesPerVertex = 16;
 constexpr double kBytesPerFace = 1000.0;
 constexpr std::uint64_t kPicture = 120 * kMiB;
 constexpr int kLeastInFlight = 2;

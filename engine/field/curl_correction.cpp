@@ -165,6 +165,14 @@ void assemble_curl(Store& store, const ScanMesh& mesh, TaskGraph& tasks) {
       });
 }
 
+namespace {
+
+double square(double x) {
+  return x * x;
+}
+
+}  // namespace
+
 double curl_scale(double log_v, const CurlOptions& options) {
   return exact::exp(options.power * std::clamp(log_v, -options.most_log, options.most_log));
 }
@@ -197,7 +205,8 @@ void ScaleWriter::even_out(double mean_square) {
 }
 
 void ScaleWriter::even_out(double mean, double variance) {
-  even_out(exact::exp(2.0 * options_.power * (mean + options_.power * variance)));
+  // Scales are cut off, so their mean square is within their bounds, however far log v strays.
+  even_out(square(curl_scale(mean + options_.power * variance, options_)));
 }
 
 std::unique_ptr<SolutionTask<RealBlock>> ScaleWriter::tile(TileId id) {
