@@ -248,7 +248,9 @@ class RemeshJob {
     options.features.creases = options_.crease > 0.0;
     options.features.crease_degrees = options_.crease;
     options.features.tolerance = job_.curve_tolerance();
-    options.features.most_corners = static_cast<std::size_t>(kMostCorners * job_.target.faces);
+    // Quads alone fit beside none.
+    options.features.most_corners =
+        options_.pure_quads ? 0 : static_cast<std::size_t>(kMostCorners * job_.target.faces);
     steps_.depend_on(
         fmt::format("quad-side={:a} energy={} symmetry={} smoothing={:a} curl={:a} "
                     "crease={:a} corners={}",
