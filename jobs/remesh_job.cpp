@@ -365,7 +365,7 @@ class RemeshJob {
     }
     WriteOptions options;
     options.position_bits = options_.position_bits;
-    const WriteResult written = write_remesh(remesh, metadata, names_[current_], options);
+    WriteResult written = write_remesh(remesh, metadata, names_[current_], options);
     if (unit != 1.0) {  // a picture comes yet
       for (Vec3d& p : remesh.positions) {
         p /= unit;

@@ -327,9 +327,8 @@ class Untangler {
       const Vec3d own = area(f);
       const double size = own.norm();
       const bool usable = size > 1e-3 * p.side * p.side;
-      if (usable && own.dot(out) >= 0.3 * size) {
-        normal_[f] = own / size;
-      } else if (out.squaredNorm() > 0.0) {
+      const bool looks_away = !(usable && own.dot(out) >= 0.3 * size);
+      if (looks_away && out.squaredNorm() > 0.0) {
         normal_[f] = out;
       } else if (size > 0.0) {
         normal_[f] = own / size;

@@ -274,14 +274,16 @@ void coarsen_system(SystemHierarchy<Block>& out, Store& store, const SystemField
       l.solution = {name("solution")};
     }
   }
+  const SystemLevel<Block>& finest = out.levels.front();
+  const bool known = border_gauges.size() == finest.level->layout.border_count;
+  if (known) {
+    out.levels.front().border_gauge = std::move(border_gauges);
+  }
   for (std::size_t k = 0; k + 1 < out.levels.size(); ++k) {
     const std::uint64_t before = tasks.passes();
     if constexpr (BlockOps<Block>::kPeriodic) {
-      SystemLevel<Block>& fine = out.levels[k];
-      if (k == 0 && border_gauges.size() == fine.level->layout.border_count) {
-        fine.border_gauge = std::move(border_gauges);
-      } else {
-        publish_gauges(fine, tasks);
+      if (k > 0 || !known) {
+        publish_gauges(out.levels[k], tasks);
       }
     }
     galerkin(out.levels[k], out.levels[k + 1], coarse_stiffness, tasks);

@@ -26,6 +26,7 @@ namespace {
 /// Wall seconds of a command whose output nobody wants; -1 where it isn't there or fails.
 double time_command(std::vector<std::string> words) {
   std::vector<char*> argv;
+  argv.reserve(words.size() + 1);
   for (std::string& word : words) {
     argv.push_back(word.data());
   }
