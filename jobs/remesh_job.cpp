@@ -123,7 +123,7 @@ class RemeshJob {
   const std::vector<std::string>& warnings() const { return report_.warnings; }
 
   RemeshReport run() {
-    check_memory(memory_wish(0, asked_faces()), memory_, options_.scan);
+    check_memory(memory_wish(0, asked_faces(options_, 0)), memory_, options_.scan);
     process_memory_ = budget_.reserve(memory_need({.threads = threads_}, memory_).total(),
                                       "the program and tiles at work");
     clock_.run("ingest", [&] { ingest(); });
@@ -155,13 +155,6 @@ class RemeshJob {
             .faces = faces,
             .threads = threads_,
             .picture = !options_.preview.empty()};
-  }
-
-  /// What is asked for in faces; 0 if the scan decides.
-  double asked_faces() const {
-    return options_.size_kind == SizeKind::kFaces
-               ? *std::max_element(options_.sizes.begin(), options_.sizes.end())
-               : 0.0;
   }
 
   /// One remesh, from the scan in the store to the file.

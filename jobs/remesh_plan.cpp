@@ -9,10 +9,12 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include "engine/core/memory_budget.h"
+#include "engine/mesh/ingest.h"
 #include "io/scan/scan_reader.h"
 #include "jobs/memory_plan.h"
 #include "jobs/memory_share.h"
 #include "jobs/output_names.h"
+#include "jobs/target_size.h"
 
 namespace rattan {
 
@@ -42,19 +44,6 @@ class CountingSink final : public ScanSink {
   std::uint64_t triangles = 0;
 };
 
-double asked_faces(const RemeshOptions& options, std::uint64_t triangles) {
-  const double most = *std::max_element(options.sizes.begin(), options.sizes.end());
-  switch (options.size_kind) {
-    case SizeKind::kFaces:
-      return most;
-    case SizeKind::kRatio:
-      return most * static_cast<double>(triangles);
-    case SizeKind::kEdgeLength:
-      break;
-  }
-  return 0.0;
-}
-
 std::uint64_t free_space(fs::path directory) {
   directory = fs::absolute(directory);
   std::error_code error;
@@ -81,7 +70,7 @@ RemeshPlan plan_remesh(const RemeshOptions& given, ProgressSink& progress) {
   plan.format = info.format;
   plan.file_bytes = info.bytes;
   plan.triangles = counted.triangles;
-  const bool soup = 2 * counted.vertices >= 3 * counted.triangles;
+  const bool soup = is_soup(counted.vertices, counted.triangles);
   plan.vertices = soup ? (counted.triangles + 1) / 2 : counted.vertices;
 
   plan.faces = asked_faces(options, plan.triangles);

@@ -6,6 +6,19 @@
 
 namespace rattan {
 
+double asked_faces(const RemeshOptions& options, std::uint64_t triangles) {
+  const double most = *std::max_element(options.sizes.begin(), options.sizes.end());
+  switch (options.size_kind) {
+    case SizeKind::kFaces:
+      return most;
+    case SizeKind::kRatio:
+      return most * static_cast<double>(triangles);
+    case SizeKind::kEdgeLength:
+      break;
+  }
+  return 0.0;
+}
+
 TargetSize target_size(SizeKind kind, double size, const ScanMesh& mesh) {
   // A scan without area still needs some length to divide by.
   const double least = std::max(mesh.diagonal(), 1e-30);

@@ -12,6 +12,10 @@ struct TargetSize {
   double quad_side = 0.0;  ///< length; sqrt(area / faces)
 };
 
+/// The faces that the largest of the sizes asks of a scan with so many triangles; 0 where the area
+/// decides, or the triangles, if 0 says that they aren't known yet.
+double asked_faces(const RemeshOptions& options, std::uint64_t triangles);
+
 TargetSize target_size(SizeKind kind, double size, const ScanMesh& mesh);
 
 /// Whether `faces` meets the target within the promised 15 %.

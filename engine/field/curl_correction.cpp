@@ -165,14 +165,6 @@ void assemble_curl(Store& store, const ScanMesh& mesh, TaskGraph& tasks) {
       });
 }
 
-namespace {
-
-double square(double x) {
-  return x * x;
-}
-
-}  // namespace
-
 double curl_scale(double log_v, const CurlOptions& options) {
   return exact::exp(options.power * std::clamp(log_v, -options.most_log, options.most_log));
 }
@@ -206,7 +198,8 @@ void ScaleWriter::even_out(double mean_square) {
 
 void ScaleWriter::even_out(double mean, double variance) {
   // Scales are cut off, so their mean square is within their bounds, however far log v strays.
-  even_out(square(curl_scale(mean + options_.power * variance, options_)));
+  const double scale = curl_scale(mean + options_.power * variance, options_);
+  even_out(scale * scale);
 }
 
 std::unique_ptr<SolutionTask<RealBlock>> ScaleWriter::tile(TileId id) {

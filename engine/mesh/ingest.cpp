@@ -166,7 +166,7 @@ class IngestRun {
                                              1.0,
                                              options_.merge == Merge::kAlways};
     if (options_.merge == Merge::kSoup &&
-        2 * survey.used >= 3 * (in_.triangles_ - mesh_.repaired.degenerate_triangles)) {
+        is_soup(survey.used, in_.triangles_ - mesh_.repaired.degenerate_triangles)) {
       input.weld = true;
       mesh_.repaired.triangle_soup = 1;
     }

@@ -30,6 +30,11 @@ enum class Merge {
   kNever,
 };
 
+/// Whether so many used vertices for so many triangles are Merge::kSoup's soup.
+constexpr bool is_soup(std::uint64_t vertices, std::uint64_t triangles) {
+  return 2 * vertices >= 3 * triangles;
+}
+
 struct IngestOptions {
   /// Vertices per tile, in curve order and before vertices are split (so that a tile may own some
   /// more); at least 1. Part of what decides the output.

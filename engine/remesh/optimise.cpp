@@ -17,6 +17,7 @@
 #include "engine/remesh/boundary_curve.h"
 #include "engine/remesh/crease_curve.h"
 #include "engine/remesh/edge_sort.h"
+#include "engine/remesh/project_vertices.h"
 #include "engine/remesh/quadric.h"
 #include "engine/remesh/shape_pull.h"
 #include "engine/remesh/vertex_motion.h"
@@ -372,18 +373,11 @@ class Optimiser {
   }
 
   void project(const std::vector<std::uint32_t>& vertices) {
-    std::vector<ProjectionQuery> queries(vertices.size());
-    for (std::size_t i = 0; i < vertices.size(); ++i) {
-      queries[i].point = mesh_.positions[vertices[i]];
-      queries[i].hint = mesh_.scan_triangle[vertices[i]];
-    }
-    std::vector<SurfacePoint> found(vertices.size());
-    projector_.project(queries, found, graph_);
+    const std::vector<SurfacePoint> found = project_vertices(mesh_, vertices, projector_, graph_);
     report_.projections += vertices.size();
     for (std::size_t i = 0; i < vertices.size(); ++i) {
       const std::uint32_t v = vertices[i];
       if (found[i].found()) {
-        mesh_.scan_triangle[v] = found[i].triangle;
         if (motion_[v] == Motion::kFree) {
           mesh_.positions[v] = found[i].point;
         }

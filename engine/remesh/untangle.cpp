@@ -17,6 +17,7 @@
 #include "engine/core/parallel.h"
 #include "engine/layout/disjoint_sets.h"
 #include "engine/remesh/crease_curve.h"
+#include "engine/remesh/project_vertices.h"
 #include "engine/remesh/quality.h"
 #include "engine/remesh/vertex_motion.h"
 #include "engine/remesh/vertex_stars.h"
@@ -261,17 +262,10 @@ class Untangler {
   }
 
   void project(const std::vector<std::uint32_t>& vertices, bool move) {
-    std::vector<ProjectionQuery> queries(vertices.size());
-    for (std::size_t i = 0; i < vertices.size(); ++i) {
-      queries[i].point = mesh_.positions[vertices[i]];
-      queries[i].hint = mesh_.scan_triangle[vertices[i]];
-    }
-    std::vector<SurfacePoint> found(vertices.size());
-    projector_.project(queries, found, graph_);
+    const std::vector<SurfacePoint> found = project_vertices(mesh_, vertices, projector_, graph_);
     for (std::size_t i = 0; i < vertices.size(); ++i) {
       const std::uint32_t v = vertices[i];
       if (found[i].found()) {
-        mesh_.scan_triangle[v] = found[i].triangle;
         scan_normal_[v] = found[i].normal;
         if (move && (motion_[v] == Motion::kFree || leashed(v))) {
           mesh_.positions[v] = found[i].point;

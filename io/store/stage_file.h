@@ -84,6 +84,7 @@ class StageFile {
   /// For a file that nobody needs any more: deletes it when it is closed.
   void discard() { discarded_ = true; }
 
+  static constexpr const char* kExtension = ".h5";
   static constexpr const char* kPartialSuffix = ".partial";
 
  private:

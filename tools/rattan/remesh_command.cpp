@@ -11,6 +11,7 @@
 #include "jobs/size_list.h"
 #include "tools/rattan/commands.h"
 #include "tools/rattan/console.h"
+#include "tools/rattan/exit_code.h"
 #include "tools/rattan/interruption.h"
 
 namespace rattan {
@@ -134,7 +135,7 @@ int run(Arguments& args) {
     Console console(verbosity);
     const RemeshPlan plan = plan_remesh(o, console);
     fmt::print("{}", describe(plan));
-    return plan.fits() ? 0 : 4;
+    return plan.fits() ? kExitDone : kExitResource;
   }
   if (const char* seconds = std::getenv("RATTAN_CHECKPOINT_SECONDS")) {
     o.checkpoint_seconds = std::strtod(seconds, nullptr);

@@ -18,6 +18,7 @@
 namespace rattan {
 namespace {
 
+using test::distance_to;
 using test::Noise;
 using test::Soup;
 
@@ -39,16 +40,6 @@ OptimiseReport run(PolygonMesh& remesh, const Soup& scan, const OptimiseOptions&
     report = optimise(remesh, store, mesh, projector, options, graph);
   });
   return report;
-}
-
-double distance_to(const Soup& scan, const Vec3d& p) {
-  double best = 1e300;
-  for (const auto& t : scan.triangles) {
-    best = std::min(best, closest_on_triangle(p, scan.positions[t[0]], scan.positions[t[1]],
-                                              scan.positions[t[2]])
-                              .distance2);
-  }
-  return std::sqrt(best);
 }
 
 /// Mean deviation of corners from 90 degrees.

@@ -3,12 +3,15 @@
 
 // Small scans and remeshes built in code.
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <vector>
 
 #include "engine/remesh/polygon_mesh.h"
+#include "engine/remesh/triangle_index.h"
 
 namespace rattan::test {
 
@@ -16,6 +19,17 @@ struct Soup {
   std::vector<Vec3d> positions;
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
+
+/// From a point to the nearest triangle, tried one by one.
+inline double distance_to(const Soup& scan, const Vec3d& p) {
+  double best = 1e300;
+  for (const auto& t : scan.triangles) {
+    best = std::min(best, closest_on_triangle(p, scan.positions[t[0]], scan.positions[t[1]],
+                                              scan.positions[t[2]])
+                              .distance2);
+  }
+  return std::sqrt(best);
+}
 
 /// A grid of nu x nv cells over [0, 1]^2 mapped by f, each cell two triangles, in row order.
 inline Soup grid_scan(std::uint32_t nu, std::uint32_t nv,

@@ -17,6 +17,7 @@
 namespace rattan {
 namespace {
 
+using test::distance_to;
 using test::Noise;
 using test::Soup;
 
@@ -54,16 +55,6 @@ UntangleReport run(PolygonMesh& m, const Soup& scan, double leash = 0.0,
 
 Vec3d flat(double u, double v) {
   return {u, v, 0.0};
-}
-
-double distance_to(const Soup& scan, const Vec3d& p) {
-  double best = 1e300;
-  for (const auto& t : scan.triangles) {
-    best = std::min(best, closest_on_triangle(p, scan.positions[t[0]], scan.positions[t[1]],
-                                              scan.positions[t[2]])
-                              .distance2);
-  }
-  return std::sqrt(best);
 }
 
 /// 12 x 12 quads of the unit square; the inner vertices of the 4 x 4 in the middle are thrown

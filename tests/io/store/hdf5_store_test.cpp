@@ -19,11 +19,14 @@
 #include "engine/core/errors.h"
 #include "engine/core/memory_store.h"
 #include "engine/mesh/ingest.h"
+#include "tests/io/store/random_chunk.h"
 
 namespace rattan {
 namespace {
 
 namespace fs = std::filesystem;
+
+using test::chunk;
 
 /// A directory of its own for each test.
 class Hdf5StoreTest : public ::testing::Test {
@@ -44,15 +47,6 @@ class Hdf5StoreTest : public ::testing::Test {
 
   fs::path base_;
 };
-
-ChunkBytes chunk(std::uint32_t seed, std::size_t size) {
-  auto bytes = std::make_shared<std::vector<std::byte>>(size);
-  std::mt19937 random(seed);
-  for (std::byte& b : *bytes) {
-    b = static_cast<std::byte>(random());
-  }
-  return bytes;
-}
 
 void expect_chunk(Store& store, const std::string& field, std::uint32_t tile, std::uint32_t seed,
                   std::size_t size) {

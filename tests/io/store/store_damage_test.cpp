@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <random>
 #include <string>
 #include <vector>
 
@@ -13,11 +12,14 @@
 
 #include "engine/core/errors.h"
 #include "io/store/hdf5_store.h"
+#include "tests/io/store/random_chunk.h"
 
 namespace rattan {
 namespace {
 
 namespace fs = std::filesystem;
+
+using test::chunk;
 
 struct Expected {
   std::string field;
@@ -25,15 +27,6 @@ struct Expected {
   std::uint32_t seed;
   std::size_t size;
 };
-
-ChunkBytes chunk(std::uint32_t seed, std::size_t size) {
-  auto bytes = std::make_shared<std::vector<std::byte>>(size);
-  std::mt19937 random(seed);
-  for (std::byte& b : *bytes) {
-    b = static_cast<std::byte>(random());
-  }
-  return bytes;
-}
 
 std::string content(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
