@@ -29,6 +29,7 @@ struct BatchItem {
   std::shared_ptr<const ItemOptions> what;  ///< never null
   std::uint64_t scan_bytes = 0;             ///< size of the file
   std::int64_t scan_time = 0;               ///< its modification, ns since 1970
+  double cost = 0.0;                        ///< cpu seconds as a manifest says; 0: to be foreseen
 };
 
 }  // namespace rattan

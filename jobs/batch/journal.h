@@ -8,12 +8,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
-#include <functional>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
 #include <unordered_set>
+#include <utility>
 #include <vector>
 
 namespace rattan {
@@ -89,7 +88,7 @@ class JournalWriter {
   JournalWriter(const JournalWriter&) = delete;
   JournalWriter& operator=(const JournalWriter&) = delete;
 
-  /// Throws ResourceError where the disk is full.
+  /// Throws ResourceError where the disk is full or the folder can't be written to.
   void append(const StartRecord& record);
   void append(const EndRecord& record);
   void append(const BatchRecord& record);
@@ -99,6 +98,44 @@ class JournalWriter {
 
   std::string path_;
   int fd_ = -1;
+  bool torn_ = false;  ///< the last write was cut off
+};
+
+/// What reads records gets them here, one at a time; the structs are reused.
+class JournalVisitor {
+ public:
+  virtual ~JournalVisitor() = default;
+  virtual void visit(const StartRecord&) {}
+  virtual void visit(const EndRecord&) {}
+  virtual void visit(const BatchRecord&) {}
+};
+
+/// Reads all journal files of a directory, each from where it stopped the last time. A torn last
+/// line waits for the rest of it; any other line that is no record is passed over.
+class JournalReader {
+ public:
+  /// Reads nothing yet.
+  explicit JournalReader(const std::string& directory);
+
+  /// What was appended since the last time. True if there was anything.
+  bool refresh(JournalVisitor& visitor);
+  std::uint64_t records() const { return records_; }
+  /// So far there isn't even a folder for it.
+  bool absent() const { return absent_; }
+
+ private:
+  struct File {
+    std::string name;
+    std::uint64_t offset = 0;
+    bool closed = false;  ///< its writer said that nothing follows
+  };
+  bool read(File& file, JournalVisitor& visitor);
+
+  std::string folder_;
+  std::vector<File> files_;  ///< by name
+  std::string buffer_;
+  std::uint64_t records_ = 0;
+  bool absent_ = false;
 };
 
 /// What the journal says last of a scan. Texts that repeat are kept once; all views live as long as
@@ -136,58 +173,57 @@ struct ScanHistory {
 };
 
 /// All journals of a directory, merged: attempts at one scan never overlap (see claims.h), so their
-/// numbers order them, whatever the clocks of the machines say. A torn last line is passed over.
-class Journal {
+/// numbers order them, whatever the clocks of the machines say.
+class Journal final : private JournalVisitor {
  public:
   /// Reads nothing yet.
-  explicit Journal(std::string directory);
+  explicit Journal(const std::string& directory);
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
 
   /// Reads what was appended since the last time. True if there was anything.
-  bool refresh();
+  bool refresh() { return reader_.refresh(*this); }
+  bool absent() const { return reader_.absent(); }
 
-  /// Null if there is no record of it. Valid until the next refresh().
+  /// Null if there is no record of it.
   const ScanHistory* find(std::string_view id) const;
   /// In the order in which they were met first.
   const std::deque<ScanHistory>& scans() const { return scans_; }
   std::vector<OutputFile> outputs(const ScanHistory& scan) const;
   /// In the order of their times.
   std::vector<BatchRecord> batches() const;
-  /// Calls `each` with every end record's time, forecast cost and triangles, exit and seconds; in
-  /// the order of reading. For rates and charts.
+  /// Every attempt that ended, in the order of reading: for rates and charts.
   struct Finish {
     double time = 0.0;
-    double seconds = 0.0;
+    float seconds = 0.0F;
+    float cpu_seconds = 0.0F;
     float cost = 0.0F;
     float triangles = 0.0F;
     int exit = 0;
   };
   const std::vector<Finish>& finishes() const { return finishes_; }
-
-  std::uint64_t records() const { return records_; }
+  std::uint64_t records() const { return reader_.records(); }
 
  private:
-  struct File {
-    std::string name;
-    std::uint64_t offset = 0;
-  };
-  class Reader;
-
+  void visit(const StartRecord& record) override;
+  void visit(const EndRecord& record) override;
+  void visit(const BatchRecord& record) override;
   std::string_view keep(std::string_view text);
   ScanHistory& history(std::string_view id);
-  void take(const StartRecord& record);
-  void take(const EndRecord& record);
 
-  std::string directory_;
-  std::vector<File> files_;  ///< by name
+  JournalReader reader_;
   std::unordered_set<std::string> texts_;
   std::deque<ScanHistory> scans_;
   std::unordered_map<std::string_view, std::uint32_t> index_;
   std::vector<std::pair<std::string_view, std::uint64_t>> outputs_;
   std::vector<BatchRecord> batches_;
   std::vector<Finish> finishes_;
-  std::uint64_t records_ = 0;
 };
+
+/// Seconds since 1970.
+double unix_seconds();
+/// "<array>_<task>" or "<job>" of the Slurm job that this process runs in; empty outside.
+std::string slurm_task();
+std::string this_host();
 
 }  // namespace rattan
