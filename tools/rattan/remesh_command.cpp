@@ -5,7 +5,9 @@
 #include <string>
 
 #include <fmt/format.h>
+#include <oneapi/tbb/task_arena.h>
 
+#include "jobs/memory_share.h"
 #include "jobs/remesh_job.h"
 #include "jobs/remesh_plan.h"
 #include "jobs/size_list.h"
@@ -112,8 +114,42 @@ void add_run_options(CLI::App& command, Arguments& args) {
   command.add_flag("--verbose", args.verbose, "a line for every stage")->excludes(quiet);
 }
 
-int run(Arguments& args) {
+int plan_logged(const RemeshOptions& options, JsonLog& log) {
+  const RemeshPlan plan = plan_remesh(options, log);
+  log.plan(plan);
+  if (!plan.fits()) {
+    log.error("Memory or disk will not do.", kExitResource);
+    return kExitResource;
+  }
+  log.end(kExitDone);
+  return kExitDone;
+}
+
+int run_logged(RemeshOptions options, JsonLog& log) {
+  // What is left to the machine is told, too.
+  options.memory = options.memory > 0 ? options.memory : default_memory_share();
+  options.threads =
+      options.threads > 0 ? options.threads : oneapi::tbb::this_task_arena::max_concurrency();
+  {
+    Interruption interruption([&](Interruption::Moment moment, const char* sentence) {
+      if (moment == Interruption::Moment::kStopping) {
+        log.stopping(sentence);
+      } else {
+        log.error(sentence, kExitInterrupted);
+      }
+    });
+    log.start(options);
+    remesh_scan(options, log, {interruption.soon(), interruption.now()}, &log);
+  }
+  log.end(kExitDone);
+  return kExitDone;
+}
+
+int run(Arguments& args, JsonLog* log) {
   RemeshOptions& o = args.options;
+  if (log != nullptr) {
+    log->set_scan(o.scan);
+  }
   if (!args.faces.empty()) {
     o.size_kind = SizeKind::kFaces;
     o.sizes = parse_sizes(args.faces, "--faces", {1.0, 1e10});
@@ -124,6 +160,9 @@ int run(Arguments& args) {
     o.size_kind = SizeKind::kRatio;
     o.sizes = parse_sizes(args.ratio, "--ratio", {1e-9, 10.0});
   }
+  if (const char* seconds = std::getenv("RATTAN_CHECKPOINT_SECONDS")) {
+    o.checkpoint_seconds = std::strtod(seconds, nullptr);
+  }
   o.crease = args.crease == "off" ? 0.0 : std::stod(args.crease);
   if (args.smoothing > 0.0) {
     o.smoothing = args.smoothing;
@@ -131,14 +170,15 @@ int run(Arguments& args) {
   const Verbosity verbosity = args.quiet     ? Verbosity::kQuiet
                               : args.verbose ? Verbosity::kVerbose
                                              : Verbosity::kNormal;
+  if (log != nullptr) {
+    log->set_quiet(args.quiet);
+    return args.dry_run ? plan_logged(o, *log) : run_logged(o, *log);
+  }
   if (args.dry_run) {
     Console console(verbosity);
     const RemeshPlan plan = plan_remesh(o, console);
     fmt::print("{}", describe(plan));
     return plan.fits() ? kExitDone : kExitResource;
-  }
-  if (const char* seconds = std::getenv("RATTAN_CHECKPOINT_SECONDS")) {
-    o.checkpoint_seconds = std::strtod(seconds, nullptr);
   }
   RemeshReport report;
   {
@@ -160,7 +200,7 @@ int run(Arguments& args) {
 
 }  // namespace
 
-void add_remesh_command(CLI::App& app, Action& action) {
+void add_remesh_command(CLI::App& app, Action& action, JsonLog* log) {
   auto args = std::make_shared<Arguments>();
   CLI::App* command =
       app.add_subcommand("remesh", "Convert one scan into a curvature-aligned quad-dominant mesh.");
@@ -178,7 +218,8 @@ void add_remesh_command(CLI::App& app, Action& action) {
   add_input_options(*command, *args);
   add_method_options(*command, *args);
   add_run_options(*command, *args);
-  command->callback([args, &action] { action = [args] { return run(*args); }; });
+  add_log_format_option(*command);
+  command->callback([args, &action, log] { action = [args, log] { return run(*args, log); }; });
 }
 
 }  // namespace rattan
