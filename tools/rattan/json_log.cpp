@@ -169,9 +169,10 @@ void JsonLog::end(int exit) {
 void add_log_format_option(CLI::App& command) {
   command
       .add_option("--log-format",
-                  "text, or json: an event a line on stderr, and nothing else there or on stdout")
+                  "json: an event a line on stderr, nothing else there or on stdout")
       ->check(CLI::IsMember({"text", "json"}))
-      ->default_str("text");
+      ->type_name("text|json")
+      ->group("Run");
 }
 
 bool json_log_wanted(int argc, const char* const* argv) {
