@@ -170,7 +170,7 @@ void add_log_format_option(CLI::App& command) {
   command
       .add_option("--log-format",
                   "json: an event a line on stderr, nothing else there or on stdout")
-      ->check(CLI::IsMember({"text", "json"}))
+      ->check(CLI::IsMember({"text", "json"}).description(""))
       ->type_name("text|json")
       ->group("Run");
 }
