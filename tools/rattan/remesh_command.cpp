@@ -108,6 +108,10 @@ void add_run_options(CLI::App& command, Arguments& args) {
                    "read the scan, print what the run would take, and stop");
   command.add_option("--report", o.report, "write a JSON report");
   command.add_option("--preview", o.preview, "write a PNG: scan, field, iso-lines, remesh");
+  // For the report of a batch.
+  command.add_option("--thumbnail", o.thumbnail, "write a small PNG of the remesh")->group("");
+  command.add_option("--viewer", o.viewer, "write the remesh as a script, for a 3D view")
+      ->group("");
   auto* quiet = command.add_flag("--quiet", args.quiet, "only warnings and errors");
   command.add_flag("--verbose", args.verbose, "a line for every stage")->excludes(quiet);
 }
