@@ -32,7 +32,7 @@ void add_process_options(CLI::App& command, Arguments& args) {
   command
       .add_flag("--dry-run", args.dry_run, "read the scan, print what the run would take, and stop")
       ->group("Run");
-  command.add_option("--report", o.report, "write a JSON report")->group("Run");
+  command.add_option("--report", o.report, "write a JSON report")->type_name("FILE")->group("Run");
   auto* quiet = command.add_flag("--quiet", args.quiet, "only warnings and errors")->group("Run");
   command.add_flag("--verbose", args.verbose, "a line for every stage")
       ->excludes(quiet)
