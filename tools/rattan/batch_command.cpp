@@ -10,12 +10,15 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "engine/core/errors.h"
 #include "jobs/batch/batch_run.h"
+#include "jobs/batch/batch_status.h"
 #include "jobs/batch/manifest.h"
 #include "jobs/batch/shards.h"
 #include "jobs/memory_share.h"
+#include "tools/rattan/batch_console.h"
 #include "tools/rattan/batch_selection.h"
 #include "tools/rattan/batch_table.h"
 #include "tools/rattan/commands.h"
@@ -30,8 +33,10 @@ struct Arguments {
   BatchRunOptions run;
   std::string write_manifest;
   std::string shard;
+  std::string status;
   bool no_report = false;
   bool dry_run = false;
+  bool json = false;
   bool quiet = false;
   bool verbose = false;
 };
@@ -71,6 +76,14 @@ void add_batch_options(CLI::App& app, Arguments& args) {
       ->group("Run");
   auto* quiet = app.add_flag("--quiet", args.quiet, "only warnings and errors")->group("Run");
   app.add_flag("--verbose", args.verbose, "a line for every scan")->excludes(quiet)->group("Run");
+}
+
+void add_look_options(CLI::App& app, Arguments& args) {
+  auto* status =
+      app.add_option("--status", args.status, "say how the batch in DIR stands, and stop")
+          ->type_name("DIR")
+          ->group("Look");
+  app.add_flag("--json", args.json, "the status as JSON")->needs(status)->group("Look");
 }
 
 struct Shard {
@@ -137,6 +150,15 @@ int write_selection(const std::vector<BatchItem>& items, const std::string& file
 
 int run(Arguments& args, JsonLog* log) {
   const BatchSelection& selection = args.selection;
+  if (!args.status.empty()) {
+    const BatchStatus status = read_batch_status(args.status);
+    if (args.json) {
+      fmt::print("{}\n", to_json(status).dump(2));
+    } else {
+      fmt::print("{}", describe(status));
+    }
+    return kExitDone;
+  }
   if (selection.directory.empty() && args.write_manifest.empty()) {
     throw UsageError(
         "The remeshes need a folder. Name it with -o, e.g. rattan batch scans -o remeshes.");
@@ -169,6 +191,13 @@ int run(Arguments& args, JsonLog* log) {
   if (args.dry_run) {
     return dry_run(items, args.run);
   }
+  if (log != nullptr) {
+    return run_batch(items, args.run);
+  }
+  BatchConsole console(args.quiet     ? Verbosity::kQuiet
+                       : args.verbose ? Verbosity::kVerbose
+                                      : Verbosity::kNormal);
+  args.run.observers = {&console};
   return run_batch(items, args.run);
 }
 
@@ -180,6 +209,7 @@ void add_batch_command(CLI::App& app, Action& action, JsonLog* log) {
       "batch", "Convert many scans side by side; run again, it does what is missing or changed.");
   add_selection_options(*command, args->selection);
   add_batch_options(*command, *args);
+  add_look_options(*command, *args);
   add_log_format_option(*command);
   command->callback([args, log, &action] { action = [args, log] { return run(*args, log); }; });
 }
