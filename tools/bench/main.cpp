@@ -10,7 +10,9 @@
 #include <CLI/CLI.hpp>
 
 #include "engine/core/errors.h"
+#include "jobs/version.h"
 #include "tools/bench/throughput.h"
+#include "tools/manual/manual.h"
 #include "tools/rattan/exit_code.h"
 
 namespace rattan {
@@ -59,20 +61,26 @@ int run(const std::vector<std::string>& sizes, ThroughputOptions options, const 
 
 int bench(int argc, char** argv) {
   CLI::App app{"Measures Rattan's throughput on synthesised scans, beside draco_encoder."};
+  app.name("rattan-bench");
+  add_help(app, version(), "");
   std::vector<std::string> sizes = {"0.1M", "0.4M", "1.6M"};
   ThroughputOptions options;
   std::string json;
   app.add_option("--sizes", sizes, "triangles, e.g. 0.1M,0.4M,1.6M")
       ->delimiter(',')
+      ->type_name("N")
       ->capture_default_str();
   app.add_option("--threads", options.threads, "thread counts, 0 for all processors")
       ->delimiter(',');
-  app.add_option("--memory", options.budgets, "budgets, e.g. default,256MiB,2GiB")->delimiter(',');
+  app.add_option("--memory", options.budgets, "budgets, e.g. default,256MiB,2GiB")
+      ->delimiter(',')
+      ->type_name("SIZE");
   app.add_option("--ratio", options.ratio, "faces per triangle")->capture_default_str();
   app.add_option("--repeats", options.repeats, "runs of each; the fastest counts")
       ->capture_default_str();
-  app.add_option("--directory", options.directory, "where scans are kept between runs");
-  app.add_option("--json", json, "also write Google Benchmark's JSON");
+  app.add_option("--directory", options.directory, "where scans are kept between runs")
+      ->type_name("DIR");
+  app.add_option("--json", json, "also write Google Benchmark's JSON")->type_name("FILE");
   CLI11_PARSE(app, argc, argv);
   return run(sizes, options, json);
 }
