@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <cctype>
 #include <sstream>
 
@@ -40,11 +41,17 @@ std::string upper(std::string text) {
   return text;
 }
 
-std::string sentence(std::string text) {
-  if (!text.empty() && text.back() != '.') {
+std::string sentence(const OptionEntry& option) {
+  std::string text = option.text;
+  if (text.empty()) {
+    return text;
+  }
+  if (text.back() != '.') {
     text += '.';
   }
-  if (!text.empty()) {
+  const std::string word = text.substr(0, text.find_first_of(" :,;."));
+  const auto& choices = option.choices;
+  if (std::find(choices.begin(), choices.end(), word) == choices.end()) {
     text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
   }
   return text;
@@ -58,11 +65,12 @@ std::string entry(const OptionEntry& option) {
   if (!option.value.empty() && option.value != option.names.front()) {
     names += fmt::format(" \\fI{}\\fR", escaped(option.value));
   }
-  std::string text = sentence(option.text);
+  std::string text = sentence(option);
   if (!option.usual.empty() && text.find("default") == std::string::npos) {
     text += fmt::format(" Default: {}.", option.usual);
   }
-  return fmt::format(".TP\n{}{}\n{}\n", names, option.repeated ? " ..." : "", prose(text));
+  return fmt::format(".TP\n{}{}\n{}\n", names,
+                     option.repeated && !option.value.ends_with("...") ? " ..." : "", prose(text));
 }
 
 std::string entries(const CommandEntry& command) {
@@ -74,7 +82,7 @@ std::string entries(const CommandEntry& command) {
   }
   const bool headings = command.groups.size() > 2;
   for (const OptionGroup& group : command.groups) {
-    if (group.options.empty()) {
+    if (group.options.empty() || (command.is_part && group.name == kHelpGroup)) {
       continue;
     }
     if (headings) {
@@ -125,7 +133,7 @@ std::string manual_page(const CommandEntry& program, const std::string& version,
     std::string command;
     while (std::getline(lines, what) && std::getline(lines, command)) {
       text +=
-          fmt::format(".PP\n{}\n.PP\n.RS 4\n.nf\n{}\n.fi\n.RE\n", escaped(what), escaped(command));
+          fmt::format("{}\n.PP\n.RS 4\n.nf\n{}\n.fi\n.RE\n.PP\n", prose(what), escaped(command));
     }
   }
   return text;

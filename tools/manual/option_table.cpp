@@ -127,6 +127,9 @@ void add_options(const CLI::App& app, CommandEntry& command) {
 }  // namespace
 
 bool OptionEntry::takes_file() const {
+  if (value.find('.') != std::string::npos && !value.ends_with("...")) {
+    return true;  // OLD.json
+  }
   for (const std::string_view word : {"FILE", "PATH", "SCAN", "OUT", "PNG", "MESH", "REMESH"}) {
     if (value.starts_with(word)) {
       return true;
@@ -144,7 +147,7 @@ std::string OptionEntry::spelled() const {
   if (!value.empty()) {
     line += " " + value;
   }
-  return line + (repeated ? "..." : "");
+  return line + (repeated && !value.ends_with("...") ? "..." : "");
 }
 
 std::string CommandEntry::usage() const {
@@ -202,8 +205,8 @@ CommandEntry describe_command(const CLI::App& app) {
   return command;
 }
 
-CLI::Option* more(CLI::Option* option) {
-  return option->group(option->get_group() + std::string(kMore));
+std::string more(const std::string& group) {
+  return group + std::string(kMore);
 }
 
 std::vector<std::string> wrapped(const std::string& text, std::size_t width) {

@@ -57,8 +57,8 @@ struct CommandEntry {
 
 CommandEntry describe_command(const CLI::App& app);
 
-/// Takes an option off the short help. To be called after group().
-CLI::Option* more(CLI::Option* option);
+/// The name of a group for those of its options that aren't on the short help.
+std::string more(const std::string& group);
 
 /// Lines of at most `width` characters, broken between words; of one word, if need be, more.
 std::vector<std::string> wrapped(const std::string& text, std::size_t width);
