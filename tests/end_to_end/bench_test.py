@@ -13,6 +13,7 @@ import unittest
 from pathlib import Path
 
 BENCH = os.environ.get("RATTAN_BENCH") or str(Path(os.environ["RATTAN"]).parent / "rattan-bench")
+KERNELS = Path(BENCH + "-kernels")
 STAGES = ["ingest", "field", "parameterize", "extract", "quadrangulate", "optimise", "verify",
           "write"]
 
@@ -163,6 +164,29 @@ class Bench(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertRegex(done.stdout, r"(?m)^remesh/triangles:3000/threads:1 +\d")
         self.assertIn("only in the old: remesh/triangles:6000/threads:2", done.stdout)
+
+    @unittest.skipUnless(KERNELS.exists(), "built without Google Benchmark")
+    def test_kernels(self):
+        path = self.folder / "kernels.json"
+        done = subprocess.run([KERNELS, "--triangles=3000", "--benchmark_min_time=0.0001",
+                               "--benchmark_out_format=json", f"--benchmark_out={path}"],
+                              capture_output=True, text=True, timeout=100)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        document = json.loads(path.read_text())
+        self.assertEqual(document["context"]["triangles"], "3000")
+        self.assertEqual(document["context"]["rattan_commit"],
+                         self.document["context"]["rattan_commit"])
+        names = [b["name"].split("/")[0] for b in document["benchmarks"]]
+        self.assertEqual(set(names), {"ingest", "exact_math", "store", "memory", "solve", "field",
+                                      "param", "extract", "remesh"})
+        for benchmark in document["benchmarks"]:
+            self.assertNotIn("error_occurred", benchmark)
+            self.assertGreater(benchmark["items_per_second"], 0)
+        text = self.compare(document, document)
+        self.assertIn(f"{len(names)} figures: 0 better, 0 worse", text)
+        self.assertIn(" GiB, ", text)
+        done = subprocess.run([KERNELS, "--colour"], capture_output=True)
+        self.assertEqual(done.returncode, 2)
 
     def test_errors(self):
         text = self.folder / "text.json"
