@@ -110,6 +110,10 @@ void ItemStates::begin() {
   }
 }
 
+void ItemStates::expect_again(std::size_t item, int attempt) {
+  states_[item].at_begin = attempt;
+}
+
 bool ItemStates::ended_since(std::size_t item) const {
   return states_[item].ended > states_[item].at_begin;
 }
@@ -147,7 +151,7 @@ Standing ItemStates::standing(std::size_t item, const BatchRunOptions& options) 
     return Standing::kFresh;
   }
   if (s.exit == 0) {
-    return Standing::kDone;
+    return s.missing ? Standing::kOutputMissing : Standing::kDone;
   }
   if (s.exit == 4 || options.retry_failed) {
     return Standing::kRetry;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <dirent.h>
 #include <fcntl.h>
 #include <memory>
@@ -10,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "jobs/batch/journal.h"
+#include "jobs/batch/name_text.h"
 
 namespace rattan {
 
@@ -22,7 +24,9 @@ enum class Name {
   kEvent,
   kTime,
   kId,
+  kIdHex,
   kScan,
+  kScanHex,
   kScanBytes,
   kScanTime,
   kKey,
@@ -43,6 +47,7 @@ enum class Name {
   kPeak,
   kOutputs,
   kPath,
+  kPathHex,
   kBytes,
   kWarnings,
   kAdopted,
@@ -62,6 +67,9 @@ Name name_of(std::string_view text) {
   static constexpr Named kNames[] = {{"event", Name::kEvent},
                                      {"time", Name::kTime},
                                      {"id", Name::kId},
+                                     {"id_hex", Name::kIdHex},
+                                     {"scan_hex", Name::kScanHex},
+                                     {"path_hex", Name::kPathHex},
                                      {"scan", Name::kScan},
                                      {"scan_bytes", Name::kScanBytes},
                                      {"scan_time", Name::kScanTime},
@@ -242,8 +250,19 @@ class RecordParser {
       case Name::kId:
         start_.id.swap(value);
         break;
+      case Name::kIdHex:
+        start_.id = from_hex(value);
+        break;
       case Name::kScan:
         start_.scan.swap(value);
+        break;
+      case Name::kScanHex:
+        start_.scan = from_hex(value);
+        break;
+      case Name::kPathHex:
+        if (!end_.outputs.empty()) {
+          end_.outputs.back().path = from_hex(value);
+        }
         break;
       case Name::kKey:
         start_.key.swap(value);

@@ -6,13 +6,16 @@
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
+#include <string_view>
 #include <unistd.h>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "engine/core/errors.h"
 #include "jobs/batch/journal.h"
+#include "jobs/batch/name_text.h"
 
 namespace rattan {
 
@@ -24,7 +27,14 @@ Json text_or_null(const std::string& text) {
   return text.empty() ? Json() : Json(text);
 }
 
-// Names of files are any bytes; what isn't UTF-8 in them must not stop a batch.
+// Names of files are any bytes, a text of JSON is not: others are kept in hexadecimal digits too.
+void put_name(Json& record, const char* name, const std::string& text) {
+  record[name] = text;
+  if (!is_utf8(text)) {
+    record[std::string(name) + "_hex"] = to_hex(text);
+  }
+}
+
 std::string line_of(const Json& record) {
   return record.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
 }
@@ -100,41 +110,43 @@ void JournalWriter::write(std::string line) {
 }
 
 void JournalWriter::append(const StartRecord& r) {
-  write(line_of({{"event", "start"},
-                 {"time", r.time},
-                 {"id", r.id},
-                 {"scan", r.scan},
-                 {"scan_bytes", r.scan_bytes},
-                 {"scan_time", r.scan_time},
-                 {"key", r.key},
-                 {"options", r.options},
-                 {"attempt", r.attempt},
-                 {"host", r.host},
-                 {"pid", r.pid},
-                 {"slurm", text_or_null(r.slurm)},
-                 {"threads", r.threads},
-                 {"memory", r.memory},
-                 {"cost", r.cost},
-                 {"triangles", r.triangles},
-                 {"rattan", r.rattan}}));
+  Json record = {{"event", "start"}, {"time", r.time}};
+  put_name(record, "id", r.id);
+  put_name(record, "scan", r.scan);
+  record.update(Json{{"scan_bytes", r.scan_bytes},
+                     {"scan_time", r.scan_time},
+                     {"key", r.key},
+                     {"options", r.options},
+                     {"attempt", r.attempt},
+                     {"host", r.host},
+                     {"pid", r.pid},
+                     {"slurm", text_or_null(r.slurm)},
+                     {"threads", r.threads},
+                     {"memory", r.memory},
+                     {"cost", r.cost},
+                     {"triangles", r.triangles},
+                     {"rattan", r.rattan}});
+  write(line_of(record));
 }
 
 void JournalWriter::append(const EndRecord& r) {
-  Json record = {{"event", "end"},
-                 {"time", r.time},
-                 {"id", r.id},
-                 {"attempt", r.attempt},
-                 {"host", r.host},
-                 {"pid", r.pid},
-                 {"exit", r.exit},
-                 {"sentence", text_or_null(r.sentence)},
-                 {"seconds", r.seconds},
-                 {"cpu_seconds", r.cpu_seconds},
-                 {"peak_rss_bytes", r.peak_rss_bytes},
-                 {"outputs", Json::array()},
-                 {"warnings", r.warnings}};
+  Json record = {{"event", "end"}, {"time", r.time}};
+  put_name(record, "id", r.id);
+  record.update(Json{{"attempt", r.attempt},
+                     {"host", r.host},
+                     {"pid", r.pid},
+                     {"exit", r.exit},
+                     {"sentence", text_or_null(r.sentence)},
+                     {"seconds", r.seconds},
+                     {"cpu_seconds", r.cpu_seconds},
+                     {"peak_rss_bytes", r.peak_rss_bytes},
+                     {"outputs", Json::array()},
+                     {"warnings", r.warnings}});
   for (const OutputFile& output : r.outputs) {
-    record["outputs"].push_back({{"path", output.path}, {"bytes", output.bytes}});
+    Json entry;
+    put_name(entry, "path", output.path);
+    entry["bytes"] = output.bytes;
+    record["outputs"].push_back(std::move(entry));
   }
   if (r.adopted) {
     record["adopted"] = true;
