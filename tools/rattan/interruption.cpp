@@ -4,10 +4,11 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
-#include <cstring>
 #include <ctime>
 #include <pthread.h>
+#include <string>
 #include <unistd.h>
+#include <utility>
 
 #include "tools/rattan/exit_code.h"
 
@@ -26,19 +27,15 @@ constexpr std::chrono::seconds kSameRequest{2};
 /// Ends the watcher; sent by the destructor only.
 constexpr int kEnd = SIGUSR2;
 
-void say(const char* sentence) {
+void say_on_stderr(Interruption::Moment /*moment*/, const char* sentence) {
   // Not stdio: whoever is stuck may hold its lock.
-  [[maybe_unused]] const ssize_t ignored = ::write(2, sentence, std::strlen(sentence));
-}
-
-[[noreturn]] void leave() {
-  say("rattan: Interrupted; run the same command again to resume.\n");
-  ::_exit(kExitInterrupted);
+  const std::string line = std::string("rattan: ") + sentence + '\n';
+  [[maybe_unused]] const ssize_t ignored = ::write(2, line.data(), line.size());
 }
 
 }  // namespace
 
-Interruption::Interruption() {
+Interruption::Interruption(Say say) : say_(say ? std::move(say) : Say(say_on_stderr)) {
   sigemptyset(&signals_);
   for (const int signal : {SIGTERM, SIGINT, SIGUSR1, kEnd}) {
     sigaddset(&signals_, signal);
@@ -75,11 +72,16 @@ int Interruption::next_signal(const Clock::time_point* until) {
   }
 }
 
+void Interruption::leave() {
+  say_(Moment::kLeaving, "Interrupted; run the same command again to resume.");
+  ::_exit(kExitInterrupted);
+}
+
 void Interruption::watch() {
   if (next_signal(nullptr) == kEnd) {
     return;
   }
-  say("rattan: stopping, and saving the work. A later signal stops at once.\n");
+  say_(Moment::kStopping, "stopping, and saving the work. A later signal stops at once.");
   soon_.request_stop();
   const Clock::time_point begin = Clock::now();
   for (const Clock::time_point until : {begin + kGrace, begin + kGrace + kPatience}) {

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
+#include <functional>
 #include <stop_token>
 #include <thread>
 
@@ -13,10 +14,13 @@ namespace rattan {
 /// later, and if the process is still there after some more (in a step that nothing can interrupt),
 /// it ends with exit code 75. What is on disk is whole at any instant. A second signal ends it at
 /// once; those within two seconds of the first are taken for the same. Made before any other thread
-/// is.
+/// is. `say` is told each, in the watcher's thread; the default writes to stderr.
 class Interruption {
  public:
-  Interruption();
+  enum class Moment { kStopping, kLeaving };
+  using Say = std::function<void(Moment, const char* sentence)>;
+
+  explicit Interruption(Say say = {});
   ~Interruption();
   Interruption(const Interruption&) = delete;
   Interruption& operator=(const Interruption&) = delete;
@@ -26,8 +30,10 @@ class Interruption {
 
  private:
   void watch();
+  [[noreturn]] void leave();
   int next_signal(const std::chrono::steady_clock::time_point* until);
 
+  Say say_;
   sigset_t signals_{};
   sigset_t before_{};
   std::stop_source soon_;
