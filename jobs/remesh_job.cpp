@@ -26,6 +26,7 @@
 #include "jobs/memory_plan.h"
 #include "jobs/memory_share.h"
 #include "jobs/output_names.h"
+#include "jobs/page_files.h"
 #include "jobs/preview.h"
 #include "jobs/quad_finisher.h"
 #include "jobs/quad_maker.h"
@@ -185,6 +186,9 @@ class RemeshJob {
     clock_.run("write", [&] { write(); });
     if (!options_.preview.empty()) {
       clock_.run("preview", [&] { preview(); });
+    }
+    if (!options_.thumbnail.empty() || !options_.viewer.empty()) {
+      clock_.run("page files", [&] { write_for_page(job_, finisher_, current_); });
     }
     finish_size();
   }

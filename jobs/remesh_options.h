@@ -72,8 +72,10 @@ struct RemeshOptions {
   /// For tests: seconds between checkpoints, 0 for one after every step.
   std::optional<double> checkpoint_seconds;
   bool keep_work = false;
-  std::string report;   ///< empty: none
-  std::string preview;  ///< empty: none
+  std::string report;     ///< empty: none
+  std::string preview;    ///< empty: none
+  std::string thumbnail;  ///< small PNG of the remesh; empty: none
+  std::string viewer;     ///< script with the remesh, for a page; empty: none
 
   /// With every choice made that is left to Rattan.
   RemeshOptions resolved() const;

@@ -165,6 +165,15 @@ Vec3d UpAxisGuess::tilt() const {
   return base.isZero(0.0) ? base : Vec3d(-base.normalized());
 }
 
+Camera::View UpAxisGuess::view() const {
+  const int up = axis();
+  Camera::View view = Camera::default_view(low_, high_, up);
+  if (view.up_axis == up) {
+    view.up = tilt();
+  }
+  return view;
+}
+
 void UpAxisGuess::add(std::span<const Vec3f> positions, std::span<const LocalTriangle> triangles) {
   const Vec3d slab = low_ + 0.02 * (high_ - low_);
   for (const LocalTriangle& t : triangles) {

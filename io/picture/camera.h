@@ -94,6 +94,8 @@ class UpAxisGuess {
   /// The normal of a flat base that everything stands on, turned inward, if it lies askew and is
   /// below in y or z; zero if the axis says all.
   Vec3d tilt() const;
+  /// The default view of the box with what was found to be up.
+  Camera::View view() const;
 
  private:
   struct Facet {

@@ -82,14 +82,6 @@ Vec3f near_point(const PolygonMesh& mesh, const PolygonScene& scene, const Camer
   return best;
 }
 
-Camera::View guessed_view(const UpAxisGuess& up, const Vec3d& low, const Vec3d& high) {
-  Camera::View view = Camera::default_view(low, high, up.axis());
-  if (view.up_axis == up.axis()) {
-    view.up = up.tilt();
-  }
-  return view;
-}
-
 /// Rows of panels of one size, each with its label below.
 Image arrange(const std::vector<std::pair<Image, std::string>>& panels,
               const RenderOptions& options, float text_height) {
@@ -131,7 +123,7 @@ Image render_panels(const PanelInput& input, const RenderOptions& most, const Ca
     } else {
       up.add(remesh->mesh().positions, remesh->mesh().triangles);
     }
-    from = options.view.applied_to(guessed_view(up, input.low, input.high));
+    from = options.view.applied_to(up.view());
   }
   Camera camera(input.low, input.high, from);
   if (shape) {
@@ -202,9 +194,7 @@ Image render_polygons(const PolygonMesh& mesh, const RenderOptions& options,
   const PolygonScene scene(mesh, -middle);
   UpAxisGuess up(low - middle, high - middle);
   up.add(scene.mesh().positions, scene.mesh().triangles);
-  const Camera::View from =
-      view != nullptr ? *view
-                      : options.view.applied_to(guessed_view(up, low - middle, high - middle));
+  const Camera::View from = view != nullptr ? *view : options.view.applied_to(up.view());
   Camera camera(low - middle, high - middle, from);
   camera.include(scene.mesh().positions);
   camera.fit(options.width, options.height, kMargin);
