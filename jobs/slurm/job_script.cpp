@@ -71,20 +71,23 @@ say "ends with code $code"
 exit "$code"
 )BASH";
 
-/// sbatch reads these lines by rules of its own: only what needs no quotes goes there.
-std::string directive(const std::string& option, const std::string& value) {
-  const bool plain = !value.empty() && std::ranges::all_of(value, [](char c) {
+bool is_plain(const std::string& text) {
+  return !text.empty() && std::ranges::all_of(text, [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
            std::string_view("_-.,:@%/+=").find(c) != std::string_view::npos;
   });
-  if (!plain) {
+}
+
+/// sbatch reads these lines by rules of its own: only what needs no quotes goes there.
+std::string directive(const std::string& option, const std::string& value) {
+  if (!is_plain(value)) {
     throw UsageError(fmt::format("--{} {}: not a name that Slurm takes.", option, value));
   }
   return fmt::format("#SBATCH --{}={}\n", option, value);
 }
 
 std::string directives(const ScriptSettings& settings, std::uint32_t processors,
-                       std::uint64_t mebibytes, std::uint64_t minutes, const std::string& log) {
+                       std::uint64_t mebibytes, std::uint64_t minutes) {
   std::string text = "#!/bin/bash\n";
   for (const auto& [option, value] :
        {std::pair("partition", &settings.partition), std::pair("account", &settings.account),
@@ -98,7 +101,6 @@ std::string directives(const ScriptSettings& settings, std::uint32_t processors,
   text += directive("mem", mebibytes == 0 ? "0" : fmt::format("{}M", mebibytes));
   text += directive("time", slurm_time(minutes));
   text += "#SBATCH --requeue\n#SBATCH --open-mode=append\n";
-  text += directive("output", log);
   return text;
 }
 
@@ -106,12 +108,13 @@ std::string written_by() {
   return fmt::format("rattan {} ({})", version(), commit());
 }
 
-std::string words_of(const std::vector<std::string>& words) {
+/// As --output wants it: a percent sign in a name is none of Slurm's own.
+std::string log_folder(const std::string& directory) {
   std::string text;
-  for (const std::string& word : words) {
-    text += fmt::format(" {}", shell_quoted(word));
+  for (const char c : directory) {
+    text.append(c == '%' ? 2 : 1, c);
   }
-  return text;
+  return text + "/.rattan/slurm/logs";
 }
 
 std::string many(std::uint64_t count, const char* what) {
@@ -142,9 +145,17 @@ std::string shell_quoted(const std::string& text) {
   return quoted;
 }
 
+std::string command_line(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) {
+    text +=
+        fmt::format("{}{}", text.empty() ? "" : " ", is_plain(word) ? word : shell_quoted(word));
+  }
+  return text;
+}
+
 std::string task_script(const TaskArray& array, const ScriptSettings& settings) {
-  std::string text =
-      directives(settings, array.processors, array.mebibytes, array.minutes, "../logs/%A_%a.log");
+  std::string text = directives(settings, array.processors, array.mebibytes, array.minutes);
   text += directive("job-name", "rattan");
   text += fmt::format("#SBATCH --signal=B:USR1@{}\n", warning_seconds(array.minutes));
   text += fmt::format(
@@ -157,15 +168,16 @@ std::string task_script(const TaskArray& array, const ScriptSettings& settings) 
                       shell_quoted(fmt::format("{}/{}.jsonl", settings.folder, array.name)),
                       array.tasks);
   text += kTaskBody;
-  text +=
-      "\"$rattan\" batch \"$manifest\" -o \"$directory\" --shard \"$shard/$tasks\" --no-report" +
-      words_of(settings.batch_words) + " \"$@\" &\n";
+  text += fmt::format(
+      "\"$rattan\" batch \"$manifest\" -o \"$directory\" --shard \"$shard/$tasks\" --no-report{}{} "
+      "\"$@\" &\n",
+      settings.batch_words.empty() ? "" : " ", command_line(settings.batch_words));
   text += kTaskEnd;
   return text;
 }
 
 std::string merge_script(const ScriptSettings& settings) {
-  std::string text = directives(settings, 1, 1024, settings.merge_minutes, "../logs/merge_%j.log");
+  std::string text = directives(settings, 1, 1024, settings.merge_minutes);
   text += directive("job-name", "rattan-merge");
   text += fmt::format(
       "# Runs when every task has ended, however it did. Written by {}.\nset -euo pipefail\n\n"
@@ -189,30 +201,32 @@ std::string submit_script(const std::vector<TaskArray>& arrays, const ScriptSett
   text +=
       fmt::format("# Submits {} in {}, and the merge that writes the report.\n# Written by {}.\n",
                   many(scans, "scan"), many(tasks, "task"), written_by());
-  text += fmt::format("set -euo pipefail\ncd {}\n\n", shell_quoted(settings.folder));
+  text += fmt::format("set -euo pipefail\ncd {}\nlogs={}\n", shell_quoted(settings.folder),
+                      shell_quoted(log_folder(settings.directory)));
   text += R"BASH(if [ -e jobs ]; then
   echo "Submitted already:" >&2
   cat jobs >&2
   exit 2
 fi
 after=
-# submit NAME FIRST OPTION...: FIRST is how many of the tasks are in arrays before this one.
+# submit LOG NAME FIRST OPTION...: FIRST is how many of the tasks are in arrays before this one.
 submit() {
-  local name=$1 first=$2 id
-  shift 2
-  id=$(sbatch --parsable "$@" "$name.sh" "$first")
+  local log=$1 name=$2 first=$3 id
+  shift 3
+  id=$(sbatch --parsable --output="$logs/$log" "$@" "$name.sh" "$first")
   id=${id%%;*}  # sites of several clusters add a name
   echo "$name $first $id" | tee -a jobs
   after=$after:$id
 }
 )BASH";
-  const std::string more = words_of(settings.sbatch_words);
+  const std::string more =
+      settings.sbatch_words.empty() ? "" : fmt::format(" {}", command_line(settings.sbatch_words));
   const std::string throttle = settings.at_once == 0 ? "" : fmt::format("%{}", settings.at_once);
   for (const TaskArray& array : arrays) {
     std::uint32_t first = 0;
     for (const std::uint32_t size : array_sizes(array.tasks, settings.most_tasks)) {
-      text +=
-          fmt::format("submit {} {} --array=1-{}{}{}\n", array.name, first, size, throttle, more);
+      text += fmt::format("submit %A_%a.log {} {} --array=1-{}{}{}\n", array.name, first, size,
+                          throttle, more);
       first += size;
     }
   }
@@ -221,7 +235,8 @@ submit() {
   }
   text +=
       "# afterany: scans that can't be used make their task fail, and belong into the report.\n";
-  text += "submit merge 0 --dependency=\"afterany$after\" --kill-on-invalid-dep=yes" + more + "\n";
+  text += "submit merge_%j.log merge 0 --dependency=\"afterany$after\" --kill-on-invalid-dep=yes" +
+          more + "\n";
   return text;
 }
 

@@ -30,6 +30,9 @@ struct ScriptSettings {
 /// One word of a shell, whatever is in the text, newlines included.
 std::string shell_quoted(const std::string& text);
 
+/// The words of a command line, quoted where they need it.
+std::string command_line(const std::vector<std::string>& words);
+
 /// NAME.sh: a task of the array. It reads NAME.jsonl beside it.
 std::string task_script(const TaskArray& array, const ScriptSettings& settings);
 

@@ -53,11 +53,10 @@ TEST(JobScript, AsksForWhatThePlanSays) {
   settings.partition = "batch,long";
   settings.account = "geo";
   const std::string script = task_script(array_of(182, 12), settings);
-  for (const char* line :
-       {"#SBATCH --partition=batch,long\n", "#SBATCH --account=geo\n",
-        "#SBATCH --cpus-per-task=4\n", "#SBATCH --mem=2048M\n", "#SBATCH --time=01:30:00\n",
-        "#SBATCH --signal=B:USR1@60\n", "#SBATCH --requeue\n", "#SBATCH --open-mode=append\n",
-        "#SBATCH --output=../logs/%A_%a.log\n", "\ntasks=12\n"}) {
+  for (const char* line : {"#SBATCH --partition=batch,long\n", "#SBATCH --account=geo\n",
+                           "#SBATCH --cpus-per-task=4\n", "#SBATCH --mem=2048M\n",
+                           "#SBATCH --time=01:30:00\n", "#SBATCH --signal=B:USR1@60\n",
+                           "#SBATCH --requeue\n", "#SBATCH --open-mode=append\n", "\ntasks=12\n"}) {
     EXPECT_THAT(script, HasSubstr(line));
   }
   EXPECT_THAT(script, Not(HasSubstr("--qos")));
@@ -81,9 +80,11 @@ TEST(JobScript, ManyTasksAreSeveralArrays) {
   settings.sbatch_words = {"--constraint=a b"};
   settings.earlier_jobs = {"17"};
   const std::string script = submit_script({array_of(9000, 2500)}, settings);
-  EXPECT_THAT(script, HasSubstr("submit scans 0 --array=1-834%20 '--constraint=a b'\n"));
-  EXPECT_THAT(script, HasSubstr("submit scans 834 --array=1-833%20 '--constraint=a b'\n"));
-  EXPECT_THAT(script, HasSubstr("submit scans 1667 --array=1-833%20 '--constraint=a b'\n"));
+  EXPECT_THAT(script, HasSubstr("submit %A_%a.log scans 0 --array=1-834%20 '--constraint=a b'\n"));
+  EXPECT_THAT(script,
+              HasSubstr("submit %A_%a.log scans 834 --array=1-833%20 '--constraint=a b'\n"));
+  EXPECT_THAT(script,
+              HasSubstr("submit %A_%a.log scans 1667 --array=1-833%20 '--constraint=a b'\n"));
   EXPECT_THAT(script, HasSubstr("after=$after:17"));
 }
 
@@ -220,9 +221,13 @@ TEST_F(JobScriptRun, SubmittingTellsTheMergeWhatToWaitFor) {
   const CommandOutput done = run_command({"bash", "-c", command});
   EXPECT_EQ(done.code, 0) << done.error;
   EXPECT_EQ(done.out, "scans 0 1\nscans 2 2\nmerge 0 3\n");
+  // Where the folder has a percent sign, Slurm is told that it means just that.
+  std::string logs = "--parsable|--output=" + settings_.directory + "/.rattan/slurm/logs/";
+  logs.replace(logs.find('%'), 1, "%%");
+  const std::string task = logs + "%A_%a.log|";
   EXPECT_EQ(said_by("sbatch"),
-            "--parsable|--array=1-2|scans.sh|0|\n--parsable|--array=1-1|scans.sh|2|\n"
-            "--parsable|--dependency=afterany:1:2|--kill-on-invalid-dep=yes|merge.sh|0|\n");
+            task + "--array=1-2|scans.sh|0|\n" + task + "--array=1-1|scans.sh|2|\n" + logs +
+                "merge_%j.log|--dependency=afterany:1:2|--kill-on-invalid-dep=yes|merge.sh|0|\n");
   EXPECT_EQ(run_command({"bash", "-c", command}).code, 2);  // once is enough
 }
 
