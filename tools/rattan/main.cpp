@@ -9,6 +9,7 @@
 #include "jobs/version.h"
 #include "tools/rattan/commands.h"
 #include "tools/rattan/exit_code.h"
+#include "tools/rattan/licences.h"
 
 namespace rattan {
 namespace {
@@ -31,6 +32,9 @@ int parse_and_run(int argc, char** argv, JsonLog* log) {
       "75 interrupted, run again to resume; 1 a defect in Rattan."};
   app.name("rattan");
   app.set_version_flag("--version", std::string("rattan ") + version());
+  app.add_flag_callback(
+      "--licenses", [] { throw CLI::CallForVersion(describe_licences(), 0); },
+      "Print the licences of Rattan and of the libraries in it");
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);
 

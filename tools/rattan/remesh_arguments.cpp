@@ -24,12 +24,13 @@ void add_size_options(CLI::App& app, RemeshArguments& args) {
       app.add_option("--edge-length", args.edge_length, "quad side, in the file's units");
   CLI::Option* ratio = app.add_option("--ratio", args.ratio,
                                       "faces per triangle of the repaired scan; default 0.05");
-  faces->excludes(edge)->excludes(ratio)->group("Size");
-  edge->excludes(ratio)->group("Size");
-  ratio->group("Size");
+  faces->excludes(edge)->excludes(ratio)->type_name("N")->group("Size");
+  edge->excludes(ratio)->type_name("LENGTH")->group("Size");
+  ratio->type_name("R")->group("Size");
   app.add_option("--density", args.options.density,
                  "iso-lines per period, 1 to 16; default 1, or 4 with --pure-quads")
       ->check(CLI::Range(1, 16))
+      ->type_name("M")
       ->group("Size");
 }
 
@@ -41,8 +42,10 @@ void add_input_options(CLI::App& app, RemeshArguments& args) {
       ->group("Scan");
   app.add_option("--drop-components", o.drop_components,
                  "drop components of fewer triangles than this")
+      ->type_name("N")
       ->group("Scan");
   app.add_option("--fill-holes", o.fill_holes, "fill holes whose outline has at most so many edges")
+      ->type_name("N")
       ->group("Scan");
 }
 
@@ -51,14 +54,17 @@ void add_method_options(CLI::App& app, RemeshArguments& args) {
   app.add_option("--field", o.field,
                  "directions to follow instead of the curvature: a text file with a line \"x y z\" "
                  "or \"x y z fidelity\" for each vertex of the scan file")
+      ->type_name("FILE")
       ->group("Method");
   app.add_option("--symmetry", o.symmetry, "field modulo 2 pi / N")
       ->check(CLI::IsMember({1, 2, 4}))
       ->default_str("4")
+      ->type_name("1|2|4")
       ->group("Method");
   app.add_option("--smoothing", args.smoothing,
                  "rho in (0, 1), larger is smoother; default from the quad size")
       ->check(CLI::Range(1e-6, 1.0 - 1e-9))
+      ->type_name("RHO")
       ->group("Method");
   app.add_flag("--curl-correction", o.curl_correction,
                "rescale the field in full: fewest singularities, uneven quads")
@@ -67,18 +73,22 @@ void add_method_options(CLI::App& app, RemeshArguments& args) {
                  "edges that turn by DEGREES or more are sharp features, 5 to 179, or off")
       ->check(CLI::Range(5.0, 179.0) | CLI::IsMember({"off"}))
       ->default_str("35")
+      ->type_name("DEGREES")
       ->group("Method");
   app.add_option("--energy", o.energy, "edge or triangle (default)")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, Energy>{{"edge", Energy::kEdge}, {"triangle", Energy::kTriangle}}))
+      ->type_name("edge|triangle")
       ->group("Method");
   app.add_option("--solver", o.solver, "nested (default), or reference: the paper's, small scans")
       ->transform(CLI::CheckedTransformer(std::map<std::string, SolverKind>{
           {"nested", SolverKind::kNested}, {"reference", SolverKind::kReference}}))
+      ->type_name("nested|reference")
       ->group("Method");
   app.add_option("--newton-steps", o.newton_steps, "Newton-CG steps that finish the nested solve")
       ->check(CLI::Range(0, 1000))
       ->default_str("0")
+      ->type_name("N")
       ->group("Method");
 }
 
@@ -88,6 +98,7 @@ void add_output_options(CLI::App& app, RemeshArguments& args) {
   app.add_option("--position-bits", o.position_bits, "bits per coordinate in a .drc, 0 for auto")
       ->check(CLI::Range(0, 30))
       ->default_str("0")
+      ->type_name("BITS")
       ->group("Output");
 }
 
@@ -161,16 +172,20 @@ void add_run_options(CLI::App& app, RemeshArguments& args) {
   app.add_option("--memory", o.memory,
                  "most memory that the process may fill, e.g. 2GiB; default from the machine")
       ->transform(CLI::AsSizeValue(false))
+      ->type_name("SIZE")
       ->group("Run");
   app.add_option("--threads", o.threads, "0 for all processors")
       ->check(CLI::Range(0, 4096))
       ->default_str("0")
+      ->type_name("N")
       ->group("Run");
   app.add_option("--work-dir", o.work_dir, "folder of intermediate data; default OUT.work")
+      ->type_name("DIR")
       ->group("Run");
   app.add_flag("--keep-work", o.keep_work, "leave the intermediate data for inspection")
       ->group("Run");
   app.add_option("--preview", o.preview, "write a PNG: scan, field, iso-lines, remesh")
+      ->type_name("FILE")
       ->group("Run");
 }
 

@@ -214,7 +214,7 @@ TEST_F(JobScriptRun, ACancelledTaskIsNotRequeued) {
 TEST_F(JobScriptRun, SubmittingTellsTheMergeWhatToWaitFor) {
   file("sbatch",
        "#!/bin/bash\nprintf '%s|' \"$@\" >> \"$0.said\"\necho >> \"$0.said\"\n"
-       "echo \"$(wc -l < \"$0.said\");cluster\"\n");
+       "echo >> \"$0.calls\"\necho \"$(wc -l < \"$0.calls\");cluster\"\n");
   settings_.most_tasks = 2;
   const std::string script = file("submit.sh", submit_script({array_of(9, 3)}, settings_));
   const std::string command = "PATH=" + root_.string() + ":$PATH bash " + script;

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <set>
 #include <string>
@@ -14,6 +15,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/core/errors.h"
+#include "jobs/batch/item_states.h"
 #include "jobs/batch/journal.h"
 #include "jobs/batch/manifest.h"
 #include "jobs/batch/shards.h"
@@ -63,12 +65,17 @@ class SubmissionFiles : public ::testing::Test {
     start.id = scan.id;
     start.scan = scan.scan;
     start.key = scan.what->key;
-    start.attempt = 1;
+    start.attempt = ++attempts_[scan.id];
+    start.rattan = rattan_identity();
     writer.append(start);
     EndRecord end;
     end.id = scan.id;
-    end.attempt = 1;
+    end.attempt = start.attempt;
     end.exit = exit;
+    if (exit == 0) {
+      std::ofstream(fs::path(request_.directory) / scan.id) << "mesh";
+      end.outputs = {{scan.id, 4}};
+    }
     writer.append(end);
   }
 
@@ -104,6 +111,7 @@ class SubmissionFiles : public ::testing::Test {
   std::shared_ptr<const ItemOptions> options_ = options_of("ratio=0.05");
   SubmissionRequest request_;
   std::map<std::string, std::vector<int>> queue_;
+  std::map<std::string, int> attempts_;
 };
 
 TEST_F(SubmissionFiles, WritesScriptsAndManifests) {
