@@ -70,7 +70,9 @@ std::string command_as_typed() {
   std::vector<std::string> words;
   std::string word;
   while (std::getline(stream, word, '\0')) {
-    words.push_back(word);
+    if (word != "--no-submit") {
+      words.push_back(word);
+    }
   }
   return fmt::format("cd {} && {}", command_line({fs::current_path().string()}),
                      command_line(words));
@@ -99,13 +101,18 @@ TaskWishes wishes_of(const Arguments& args, const SlurmSite& site) {
   return wishes;
 }
 
+std::string many(std::uint64_t count, const char* what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+}
+
 void tell(const Submission& s) {
-  fmt::print("{} scans: {} done, {} failed, {} with earlier tasks, {} to do\n", s.selected, s.done,
-             s.failed, s.in_hand, s.to_do);
+  fmt::print("{}: {} done, {} failed, {} with earlier tasks, {} to do\n", many(s.selected, "scan"),
+             s.done, s.failed, s.in_hand, s.to_do);
   for (const TaskArray& array : s.arrays) {
     fmt::print(
-        "{}: {} scans in {} tasks of {} processors, {} and {}; predicted {:.0f} to {:.0f} s\n",
-        array.name, array.scans.size(), array.tasks, array.processors,
+        "{}: {} in {} of {}, {} and {}; predicted {:.3g} to {:.3g} s each\n", array.name,
+        many(array.scans.size(), "scan"), many(array.tasks, "task"),
+        many(array.processors, "processor"),
         array.mebibytes == 0 ? "all memory of a node" : fmt::format("{} MiB", array.mebibytes),
         slurm_time(array.minutes), array.shortest_seconds, array.longest_seconds);
   }
@@ -201,28 +208,35 @@ void add_slurm_command(CLI::App& app, Action& action) {
   const auto option = [&](const std::string& names, auto& value, const std::string& text) {
     return command->add_option(names, value, text)->group("Slurm");
   };
-  option("--partition", args->partition, "where to run; default the site's default partition");
-  option("--account", args->account, "whom to charge");
-  option("--qos", args->qos, "quality of service");
-  option("--time", args->time, "limit of a task, as in sbatch; default from the predicted cost");
-  option("--cpus-per-task", args->processors, "processors, and threads, of a task; default 4")
+  option("--partition", args->partition,
+         "where to run->type_name(" NAME "); default the site's default partition");
+  option("--account", args->account, "whom to charge")->type_name("NAME");
+  option("--qos", args->qos, "quality of service")->type_name("NAME");
+  option("--time", args->time,
+         "limit of a task, as in sbatch->type_name(" TIME "); default from the predicted cost");
+  option("--cpus-per-task", args->processors,
+         "processors, and threads, of a task->type_name(" N "); default 4")
       ->check(CLI::Range(1, 4096));
-  option("--mem", args->memory, "memory of a task, as in sbatch; default from the scans");
+  option("--mem", args->memory,
+         "memory of a task, as in sbatch->type_name(" SIZE "); default from the scans");
   option("--tasks", args->tasks, "tasks that scans of common size are packed into")
+      ->type_name("N")
       ->check(CLI::Range(1, 4'000'000));
   option("--nodes-at-once", args->at_once, "most tasks of an array that run at once")
+      ->type_name("N")
       ->check(CLI::Range(1, 4'000'000));
-  option("--sbatch", args->sbatch, "another option for sbatch, one word; may be repeated")
+  option("--sbatch", args->sbatch,
+         "another option for sbatch, one word->type_name(" OPTION "); may be repeated")
       ->allow_extra_args(false);
   option("--program", args->program,
-         "rattan as the nodes see it; default the path of this program");
+         "rattan as the nodes see it->type_name(" PATH "); default the path of this program");
   command->add_flag("--retry-failed", args->retry_failed, "do failed scans again, too")
       ->group("Slurm");
   command->add_flag("--no-submit", args->no_submit, "write the scripts, and submit nothing")
       ->group("Slurm");
   option("--check", args->check,
-         "DIR: say which scans of a submission are missing, and how to go on; exit 75 if any is")
-      ->option_text("DIR");
+         "say which scans of a submission are missing, and how to go on; exit 75 if any is")
+      ->type_name("DIR");
   command->callback([args, &action] {
     action = [args] { return args->check.empty() ? run(*args) : check(args->check); };
   });

@@ -234,6 +234,7 @@ TEST_F(SubmissionFiles, ASilentSlurmIsNoReasonToSubmitTwice) {
 }
 
 TEST_F(SubmissionFiles, TheCheckNamesWhatIsMissingAndHowToGoOn) {
+  request_.wishes.tasks = 1;
   submitted(prepare(), "scans 0 40\nmerge 0 41\n");
   for (std::size_t k = 0; k < 10; ++k) {
     journal(items_[k], k == 5 ? 3 : 0);
