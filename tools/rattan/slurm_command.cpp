@@ -205,38 +205,30 @@ void add_slurm_command(CLI::App& app, Action& action) {
       "slurm",
       "Submit a batch to a Slurm cluster: a job array, and a merge that writes the report.");
   add_selection_options(*command, args->selection);
-  const auto option = [&](const std::string& names, auto& value, const std::string& text) {
-    return command->add_option(names, value, text)->group("Slurm");
+  const auto option = [&](const std::string& name, auto& value, const char* type,
+                          const std::string& text) {
+    return command->add_option(name, value, text)->type_name(type)->group("Slurm");
   };
-  option("--partition", args->partition,
-         "where to run->type_name(" NAME "); default the site's default partition");
-  option("--account", args->account, "whom to charge")->type_name("NAME");
-  option("--qos", args->qos, "quality of service")->type_name("NAME");
-  option("--time", args->time,
-         "limit of a task, as in sbatch->type_name(" TIME "); default from the predicted cost");
-  option("--cpus-per-task", args->processors,
-         "processors, and threads, of a task->type_name(" N "); default 4")
+  option("--partition", args->partition, "NAME", "where to run; default the site's default");
+  option("--account", args->account, "NAME", "whom to charge");
+  option("--qos", args->qos, "NAME", "quality of service");
+  option("--time", args->time, "TIME", "limit of a task, as in sbatch; default from the cost");
+  option("--cpus-per-task", args->processors, "N", "processors and threads of a task; default 4")
       ->check(CLI::Range(1, 4096));
-  option("--mem", args->memory,
-         "memory of a task, as in sbatch->type_name(" SIZE "); default from the scans");
-  option("--tasks", args->tasks, "tasks that scans of common size are packed into")
-      ->type_name("N")
+  option("--mem", args->memory, "SIZE", "memory of a task, as in sbatch; default from the scans");
+  option("--tasks", args->tasks, "N", "tasks that scans of common size are packed into")
       ->check(CLI::Range(1, 4'000'000));
-  option("--nodes-at-once", args->at_once, "most tasks of an array that run at once")
-      ->type_name("N")
+  option("--nodes-at-once", args->at_once, "N", "most tasks of an array that run at once")
       ->check(CLI::Range(1, 4'000'000));
-  option("--sbatch", args->sbatch,
-         "another option for sbatch, one word->type_name(" OPTION "); may be repeated")
+  option("--sbatch", args->sbatch, "OPTION", "another option for sbatch; may be repeated")
       ->allow_extra_args(false);
-  option("--program", args->program,
-         "rattan as the nodes see it->type_name(" PATH "); default the path of this program");
+  option("--program", args->program, "PATH", "rattan as the nodes see it; default this program");
   command->add_flag("--retry-failed", args->retry_failed, "do failed scans again, too")
       ->group("Slurm");
   command->add_flag("--no-submit", args->no_submit, "write the scripts, and submit nothing")
       ->group("Slurm");
-  option("--check", args->check,
-         "say which scans of a submission are missing, and how to go on; exit 75 if any is")
-      ->type_name("DIR");
+  option("--check", args->check, "DIR",
+         "say what a submission left undone and how to go on; exit 75 if anything is");
   command->callback([args, &action] {
     action = [args] { return args->check.empty() ? run(*args) : check(args->check); };
   });
