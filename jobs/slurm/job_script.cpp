@@ -169,7 +169,7 @@ std::string task_script(const TaskArray& array, const ScriptSettings& settings) 
                       array.tasks);
   text += kTaskBody;
   text += fmt::format(
-      "\"$rattan\" batch \"$manifest\" -o \"$directory\" --shard \"$shard/$tasks\" --no-report{}{} "
+      "\"$rattan\" batch \"$manifest\" -o \"$directory\" --shard \"$shard/$tasks\"{}{} "
       "\"$@\" &\n",
       settings.batch_words.empty() ? "" : " ", command_line(settings.batch_words));
   text += kTaskEnd;

@@ -8,6 +8,7 @@
 #include <optional>
 #include <set>
 #include <sstream>
+#include <unistd.h>
 #include <unordered_map>
 
 #include <fmt/format.h>
@@ -277,6 +278,9 @@ Submission prepare_submission(const std::vector<BatchItem>& items, SubmissionReq
   write_manifest(slurm_manifest(request.directory), items, {});
   BatchRecord record;
   record.action = "submit";
+  record.time = unix_seconds();
+  record.host = host_name();
+  record.pid = ::getpid();
   record.total = items.size();
   record.items = missing.size();
   JournalWriter(request.directory).append(record);

@@ -151,9 +151,9 @@ TEST_F(JobScriptRun, ATaskRunsItsShard) {
   settings_.batch_words = {"--retry-failed"};
   const CommandOutput done = task("export SLURM_MEM_PER_NODE=2000");
   EXPECT_EQ(done.code, 0) << done.error;
-  EXPECT_EQ(said_by("rattan"),
-            "batch|" + settings_.folder + "/scans.jsonl|-o|" + settings_.directory +
-                "|--shard|2/3|--no-report|--retry-failed|--threads|4|--memory|1800MiB|");
+  EXPECT_EQ(said_by("rattan"), "batch|" + settings_.folder + "/scans.jsonl|-o|" +
+                                   settings_.directory +
+                                   "|--shard|2/3|--retry-failed|--threads|4|--memory|1800MiB|");
   EXPECT_EQ(said_by("scontrol"), "");
 }
 

@@ -129,13 +129,14 @@ TEST_F(SubmissionFiles, WritesScriptsAndManifests) {
   EXPECT_TRUE(fs::is_directory(request_.directory + "/.rattan/slurm/logs"));
   std::ifstream stream(fs::path(submission.folder) / "scans.sh");
   const std::string script{std::istreambuf_iterator<char>(stream), {}};
-  EXPECT_THAT(script, HasSubstr("--no-report --retry-failed"));
+  EXPECT_THAT(script, HasSubstr("\"$shard/$tasks\" --retry-failed"));
 
   Journal read(request_.directory);
   read.refresh();
   ASSERT_EQ(read.batches().size(), 1U);
   EXPECT_EQ(read.batches()[0].action, "submit");
   EXPECT_EQ(read.batches()[0].total, 12U);
+  EXPECT_GT(read.batches()[0].time, 1.7e9);
 }
 
 TEST_F(SubmissionFiles, TheManifestTellsEachTaskItsShareOfTheCost) {
