@@ -279,7 +279,7 @@ Submission prepare_submission(const std::vector<BatchItem>& items, SubmissionReq
   BatchRecord record;
   record.action = "submit";
   record.time = unix_seconds();
-  record.host = host_name();
+  record.host = this_host();
   record.pid = ::getpid();
   record.total = items.size();
   record.items = missing.size();
