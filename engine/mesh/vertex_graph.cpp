@@ -119,10 +119,10 @@ inline __m128d half_cotangents(const Vec3f& s, const Vec3f& t, const Vec3d& p, c
   const __m128d cx = uy * vz - uz * vy;
   const __m128d cy = uz * vx - ux * vz;
   const __m128d cz = ux * vy - uy * vx;
-  const __m128d twice_area = _mm_sqrt_pd(cx * cx + cy * cy + cz * cz);
-  const __m128d squares = (ux * ux + uy * uy + uz * uz) + (vx * vx + vy * vy + vz * vz);
+  const __m128d twice_area = _mm_sqrt_pd(cx * cx + (cy * cy + cz * cz));
+  const __m128d squares = (ux * ux + (uy * uy + uz * uz)) + (vx * vx + (vy * vy + vz * vz));
   const __m128d floor_area = _mm_set1_pd(1e-6) * squares + _mm_set1_pd(1e-300);
-  return _mm_set1_pd(0.5) * (ux * vx + uy * vy + uz * vz) / _mm_max_pd(floor_area, twice_area);
+  return _mm_set1_pd(0.5) * (ux * vx + (uy * vy + uz * vz)) / _mm_max_pd(floor_area, twice_area);
 }
 
 }  // namespace
@@ -212,11 +212,7 @@ void fan_weights(const FanView& fans, std::span<const Vec3f> positions, EdgeEner
     for (std::uint32_t k = begin; k < end; ++k) {
       const std::uint32_t j = neighbor[k];
       if (j < i) {
-        std::uint32_t back = row[j];
-        while (neighbor[back] != i) {
-          ++back;
-        }
-        weight[k] = weight[back];
+        weight[k] = weight[find_neighbor(neighbor, row[j], i)];
       } else {
         const Vec3d a = positions[j].cast<double>();
         const Vec3f& next = positions[neighbor[k + 1 < end ? k + 1 : begin]];
