@@ -13,6 +13,7 @@
 #include "engine/core/errors.h"
 #include "io/file/atomic_file.h"
 #include "jobs/batch/csv.h"
+#include "jobs/batch/name_text.h"
 
 namespace rattan {
 
@@ -37,12 +38,15 @@ std::string_view trimmed(std::string_view text) {
 // The columns that are no options, and those that are.
 class Columns {
  public:
-  explicit Columns(const std::vector<std::string>& options) : names_{"path", "output", "cost"} {
+  /// With more of them for names that are no UTF-8, where the format needs these.
+  Columns(const std::vector<std::string>& options, bool hex)
+      : names_{"path", "output", "cost"}, hex_(hex) {
     names_.insert(names_.end(), options.begin(), options.end());
   }
 
   void check(const std::string& name, const std::string& place) const {
-    if (std::find(names_.begin(), names_.end(), name) != names_.end()) {
+    if (std::find(names_.begin(), names_.end(), name) != names_.end() ||
+        (hex_ && (name == "path_hex" || name == "output_hex"))) {
       return;
     }
     const std::string nearest = nearest_word(name, names_);
@@ -54,6 +58,7 @@ class Columns {
 
  private:
   std::vector<std::string> names_;
+  bool hex_;
 };
 
 double parse_cost(std::string_view text, const std::string& place) {
@@ -69,6 +74,9 @@ double parse_cost(std::string_view text, const std::string& place) {
 }
 
 void put(ManifestRow& row, const std::string& column, std::string&& value) {
+  if (column == "path_hex" || column == "output_hex") {
+    return;  // put in last, instead of the readable form
+  }
   if (column == "path") {
     row.path = std::move(value);
   } else if (column == "output") {
@@ -215,6 +223,12 @@ void read_json_lines(const std::string& file, std::string_view text, const Colum
       columns.check(name, row.place);
       put(row, name, text_of(value, name, row.place));
     }
+    for (const auto& [name, text_of_name] :
+         {std::pair("path_hex", &row.path), std::pair("output_hex", &row.output)}) {
+      if (const auto digits = object.find(name); digits != object.end()) {
+        *text_of_name = from_hex(text_of(*digits, name, row.place));
+      }
+    }
     check_row(row);
     found(std::move(row));
   }
@@ -244,6 +258,13 @@ Json json_value(const std::string& text) {
   return number.is_number() && number.dump() == text ? number : Json(text);
 }
 
+void put_name(Json& row, const char* name, const std::string& text) {
+  row[name] = text;
+  if (!is_utf8(text)) {
+    row[std::string(name) + "_hex"] = to_hex(text);
+  }
+}
+
 double cost_of(std::span<const BatchItem> items, std::span<const double> costs, std::size_t i) {
   return costs.empty() ? items[i].cost : costs[i];
 }
@@ -252,15 +273,15 @@ void write_json_lines(AtomicFile& file, std::span<const BatchItem> items,
                       std::span<const double> costs) {
   for (std::size_t i = 0; i < items.size(); ++i) {
     Json row;
-    row["path"] = items[i].scan;
-    row["output"] = items[i].id;
+    put_name(row, "path", items[i].scan);
+    put_name(row, "output", items[i].id);
     if (const double cost = cost_of(items, costs, i); cost > 0.0) {
       row["cost"] = cost;
     }
     for (const auto& [name, value] : named_options(items[i].what->words)) {
       row[name] = json_value(value);
     }
-    file.write(row.dump() + "\n");
+    file.write(row.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n");
   }
 }
 
@@ -309,11 +330,10 @@ void read_manifest(const std::string& file, const std::vector<std::string>& colu
   if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff")) {
     throw UsageError(file + ": the text is encoded as UTF-16. Save it as UTF-8.");
   }
-  const Columns known(columns);
   if (has_extension(file, ".csv")) {
-    read_csv(file, text, known, row);
+    read_csv(file, text, Columns(columns, false), row);
   } else {
-    read_json_lines(file, text, known, row);
+    read_json_lines(file, text, Columns(columns, true), row);
   }
 }
 

@@ -14,6 +14,7 @@
 #include "jobs/version.h"
 #include "tools/bench/compare.h"
 #include "tools/bench/throughput.h"
+#include "tools/manual/manual.h"
 #include "tools/rattan/exit_code.h"
 
 namespace rattan {
@@ -104,7 +105,8 @@ int run(Arguments& args) {
 int bench(int argc, char** argv) {
   CLI::App app{"Measures Rattan's throughput on synthesised scans, beside draco_encoder."};
   app.name("rattan-bench");
-  app.set_version_flag("--version", std::string("rattan-bench ") + version());
+  add_help(app, version(), "");
+  app.set_version_flag("--version", std::string("rattan-bench ") + version(), "print the version");
   Arguments args;
   ThroughputOptions& options = args.options;
   app.add_option("--sizes", args.sizes, "triangles, e.g. 0.1M,0.4M,1.6M")

@@ -24,37 +24,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Journal, log and report hold names as JSON.
-bool is_utf8(std::string_view text) {
-  for (std::size_t i = 0; i < text.size();) {
-    const auto byte = [&](std::size_t k) {
-      return i + k < text.size() ? static_cast<unsigned char>(text[i + k]) : 0U;
-    };
-    const unsigned first = byte(0);
-    const std::size_t more = first < 0x80   ? 0
-                             : first < 0xC2 ? 9
-                             : first < 0xE0 ? 1
-                             : first < 0xF0 ? 2
-                             : first < 0xF5 ? 3
-                                            : 9;
-    if (more == 9) {
-      return false;
-    }
-    for (std::size_t k = 1; k <= more; ++k) {
-      if ((byte(k) & 0xC0U) != 0x80U) {
-        return false;
-      }
-    }
-    const unsigned second = byte(1);
-    if ((first == 0xE0 && second < 0xA0) || (first == 0xED && second > 0x9F) ||
-        (first == 0xF0 && second < 0x90) || (first == 0xF4 && second > 0x8F)) {
-      return false;
-    }
-    i += more + 1;
-  }
-  return true;
-}
-
 std::string absolute(const std::string& path) {
   std::string text = fs::absolute(path).lexically_normal().string();
   while (text.size() > 1 && text.ends_with('/')) {
@@ -144,6 +113,13 @@ class Selector {
     return is_manifest_name(path) && !fs::is_directory(path);
   }
 
+  static void check_exists(const std::string& path) {
+    struct stat status {};
+    if (::stat(path.c_str(), &status) != 0) {
+      throw UsageError(path + ": there is no such file or folder. Check the path.");
+    }
+  }
+
   void check_directory() const {
     if (!directory_.empty() && fs::exists(directory_) && !fs::is_directory(directory_)) {
       throw UsageError(directory_ +
@@ -157,13 +133,6 @@ class Selector {
     item.id = checked_output(output.empty() ? template_(place) : output,
                              where.empty() ? scan.path : where);
     item.scan = std::move(scan.path);
-    if (!is_utf8(item.scan) || !is_utf8(item.id)) {
-      throw UsageError(
-          fmt::format("{}: the name isn't UTF-8, and the batch's journal and report are. Rename "
-                      "it, or leave it "
-                      "out with --exclude.",
-                      item.scan));
-    }
     item.what = std::move(what);
     item.scan_bytes = scan.stamp.bytes;
     item.scan_time = scan.stamp.time;
@@ -172,6 +141,7 @@ class Selector {
   }
 
   void manifest(const std::string& path) {
+    check_exists(path);
     const std::string here = fs::path(absolute(path)).parent_path().string();
     read_manifest(path, parser_.columns(), [&](ManifestRow&& row) {
       if (!filter_.takes(row.path)) {
@@ -239,9 +209,8 @@ class Selector {
   }
 
   void file(const std::string& path) {
-    struct stat status {};
-    if (::stat(path.c_str(), &status) != 0 && !has_scan_extension(path)) {
-      throw UsageError(path + ": there is no such file or folder. Check the path.");
+    if (!has_scan_extension(path)) {
+      check_exists(path);
     }
     FoundScan scan;
     scan.path = absolute(path);

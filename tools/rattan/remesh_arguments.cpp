@@ -10,6 +10,7 @@
 
 #include "engine/core/errors.h"
 #include "jobs/size_list.h"
+#include "tools/manual/option_table.h"
 
 namespace rattan {
 
@@ -31,7 +32,7 @@ void add_size_options(CLI::App& app, RemeshArguments& args) {
                  "iso-lines per period, 1 to 16; default 1, or 4 with --pure-quads")
       ->check(CLI::Range(1, 16))
       ->type_name("M")
-      ->group("Size");
+      ->group(more("Size"));
 }
 
 void add_input_options(CLI::App& app, RemeshArguments& args) {
@@ -55,41 +56,41 @@ void add_method_options(CLI::App& app, RemeshArguments& args) {
                  "directions to follow instead of the curvature: a text file with a line \"x y z\" "
                  "or \"x y z fidelity\" for each vertex of the scan file")
       ->type_name("FILE")
-      ->group("Method");
+      ->group(more("Method"));
   app.add_option("--symmetry", o.symmetry, "field modulo 2 pi / N")
       ->check(CLI::IsMember({1, 2, 4}))
       ->default_str("4")
       ->type_name("1|2|4")
-      ->group("Method");
+      ->group(more("Method"));
   app.add_option("--smoothing", args.smoothing,
                  "rho in (0, 1), larger is smoother; default from the quad size")
       ->check(CLI::Range(1e-6, 1.0 - 1e-9))
       ->type_name("RHO")
-      ->group("Method");
+      ->group(more("Method"));
   app.add_flag("--curl-correction", o.curl_correction,
                "rescale the field in full: fewest singularities, uneven quads")
-      ->group("Method");
+      ->group(more("Method"));
   app.add_option("--crease", args.crease,
                  "edges that turn by DEGREES or more are sharp features, 5 to 179, or off")
       ->check(CLI::Range(5.0, 179.0) | CLI::IsMember({"off"}))
       ->default_str("35")
       ->type_name("DEGREES")
       ->group("Method");
-  app.add_option("--energy", o.energy, "edge or triangle (default)")
+  app.add_option("--energy", o.energy, "what curvature is measured by; default triangle")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, Energy>{{"edge", Energy::kEdge}, {"triangle", Energy::kTriangle}}))
       ->type_name("edge|triangle")
-      ->group("Method");
-  app.add_option("--solver", o.solver, "nested (default), or reference: the paper's, small scans")
+      ->group(more("Method"));
+  app.add_option("--solver", o.solver, "default nested; reference is the paper's, small scans")
       ->transform(CLI::CheckedTransformer(std::map<std::string, SolverKind>{
           {"nested", SolverKind::kNested}, {"reference", SolverKind::kReference}}))
       ->type_name("nested|reference")
-      ->group("Method");
+      ->group(more("Method"));
   app.add_option("--newton-steps", o.newton_steps, "Newton-CG steps that finish the nested solve")
       ->check(CLI::Range(0, 1000))
       ->default_str("0")
       ->type_name("N")
-      ->group("Method");
+      ->group(more("Method"));
 }
 
 void add_output_options(CLI::App& app, RemeshArguments& args) {
@@ -99,7 +100,7 @@ void add_output_options(CLI::App& app, RemeshArguments& args) {
       ->check(CLI::Range(0, 30))
       ->default_str("0")
       ->type_name("BITS")
-      ->group("Output");
+      ->group(more("Output"));
 }
 
 bool is_flag(const CLI::Option& option) {
@@ -174,7 +175,7 @@ void add_run_options(CLI::App& app, RemeshArguments& args) {
       ->transform(CLI::AsSizeValue(false))
       ->type_name("SIZE")
       ->group("Run");
-  app.add_option("--threads", o.threads, "0 for all processors")
+  app.add_option("--threads", o.threads, "threads at work, 0 for one a processor")
       ->check(CLI::Range(0, 4096))
       ->default_str("0")
       ->type_name("N")
@@ -183,7 +184,7 @@ void add_run_options(CLI::App& app, RemeshArguments& args) {
       ->type_name("DIR")
       ->group("Run");
   app.add_flag("--keep-work", o.keep_work, "leave the intermediate data for inspection")
-      ->group("Run");
+      ->group(more("Run"));
   app.add_option("--preview", o.preview, "write a PNG: scan, field, iso-lines, remesh")
       ->type_name("FILE")
       ->group("Run");

@@ -131,6 +131,7 @@ void add_remesh_command(CLI::App& app, Action& action, JsonLog* log) {
                    "remesh to write: .drc, .obj, .ply or .off; for several sizes {faces}, {size} "
                    "or {n} in it "
                    "stand for the size and its place in the list")
+      ->type_name("OUT")
       ->required();
   add_scan_options(*command, args->remesh);
   add_run_options(*command, args->remesh);
