@@ -77,8 +77,10 @@ class RemeshJob {
   };
 
   RemeshJob(const RemeshOptions& options, const std::string& work_directory, const WorkLock& lock,
-            ProgressSink& progress, const StopRequests& stop, const Attempt& attempt)
+            ProgressSink& progress, const StopRequests& stop, JobEvents* events,
+            const Attempt& attempt)
       : options_(options),
+        events_(events),
         start_(attempt.start),
         names_(output_names(options_)),
         previews_(options_.preview.empty()
@@ -104,7 +106,12 @@ class RemeshJob {
             [this] {
               return StageClock::StoreTraffic{store_.bytes_read(), store_.bytes_written()};
             },
-            report_.stages),
+            report_.stages,
+            [this](const StageRecord& stage) {
+              if (events_ != nullptr) {
+                events_->stage_ended(stage);
+              }
+            }),
         job_(options_, budget_, store_, tasks_, clock_, steps_),
         maker_(job_),
         finisher_(job_) {
@@ -205,6 +212,9 @@ class RemeshJob {
       field_hash_ = hashes.at(1);
     }
     job_.mesh = load_scan_mesh(store_);
+    if (events_ != nullptr) {
+      events_->scan_read(job_.mesh.topology);
+    }
     warn_of_repairs(options_.scan, job_.mesh.repaired, progress_);
   }
 
@@ -402,6 +412,9 @@ class RemeshJob {
                              s.field_triangles + s.phase_triangles + s.negative_triangles};
     report_.outputs[current_] = {report_.output, report_.singularities, report_.distance,
                                  owner_ == current_ ? std::string() : names_[*owner_]};
+    if (events_ != nullptr) {
+      events_->output_written(report_.outputs[current_]);
+    }
     if (owner_ == current_) {
       const std::vector<SolveReport>& solves = job_.field.reports;
       report_.solver.insert(report_.solver.end(), solves.begin(), solves.end());
@@ -432,6 +445,7 @@ class RemeshJob {
 
   RemeshReport report_;
   const RemeshOptions& options_;
+  JobEvents* events_;  ///< may be null
   double start_;
   const std::vector<std::string> names_;     ///< one a size
   const std::vector<std::string> previews_;  ///< likewise
@@ -458,11 +472,12 @@ class RemeshJob {
 
 /// As long as saved work turns out not to fit or to be damaged, with what is left of it.
 RemeshReport run_attempts(const RemeshOptions& options, const std::string& work_directory,
-                          const WorkLock& lock, ProgressSink& progress, const StopRequests& stop) {
+                          const WorkLock& lock, ProgressSink& progress, const StopRequests& stop,
+                          JobEvents* events) {
   constexpr int kMostDamages = 100;
   RemeshJob::Attempt attempt{.fresh = options.fresh, .warnings = {}, .start = wall_seconds()};
   for (int damages = 0;;) {
-    RemeshJob job(options, work_directory, lock, progress, stop, attempt);
+    RemeshJob job(options, work_directory, lock, progress, stop, events, attempt);
     attempt.fresh = false;
     attempt.most_steps = std::numeric_limits<std::size_t>::max();
     try {
@@ -489,7 +504,7 @@ RemeshReport run_attempts(const RemeshOptions& options, const std::string& work_
 }  // namespace
 
 RemeshReport remesh_scan(const RemeshOptions& options, ProgressSink& progress,
-                         const StopRequests& stop) {
+                         const StopRequests& stop, JobEvents* events) {
   const RemeshOptions resolved = options.resolved();
   const std::vector<std::string> outputs = output_names(resolved);
   for (const std::string& output : outputs) {
@@ -504,7 +519,7 @@ RemeshReport remesh_scan(const RemeshOptions& options, ProgressSink& progress,
       resolved.work_dir.empty() ? outputs[0] + ".work" : resolved.work_dir;
   const WorkLock lock(work_directory);
   try {
-    return run_attempts(resolved, work_directory, lock, progress, stop);
+    return run_attempts(resolved, work_directory, lock, progress, stop, events);
   } catch (const Cancelled& e) {
     std::string what = e.what();
     what.erase(what.find_last_not_of('.') + 1);

@@ -134,7 +134,8 @@ nlohmann::ordered_json to_json(const RemeshReport& r) {
 
 void write_report(const RemeshReport& report, const std::string& path) {
   AtomicFile file(path);
-  file.write(to_json(report).dump(2) + '\n');
+  // A file name may be any bytes; JSON is UTF-8.
+  file.write(to_json(report).dump(2, ' ', false, Json::error_handler_t::replace) + '\n');
   file.commit();
 }
 

@@ -2,6 +2,7 @@
 #include "jobs/stage_clock.h"
 
 #include <chrono>
+#include <exception>
 #include <sys/resource.h>
 #include <utility>
 
@@ -67,7 +68,10 @@ void StageClock::pass_over(const StageRecord& cost) {
 }
 
 StageClock::Running::Running(StageClock& clock, std::string name)
-    : clock_(clock), name_(std::move(name)), begun_(clock.totals()) {
+    : clock_(clock),
+      name_(std::move(name)),
+      begun_(clock.totals()),
+      exceptions_(std::uncaught_exceptions()) {
   clock_.last_ = begun_;
   clock_.passed_over_ = {};
   clock_.any_passed_over_ = false;
@@ -75,14 +79,20 @@ StageClock::Running::Running(StageClock& clock, std::string name)
 }
 
 StageClock::Running::~Running() {
+  const std::size_t before = clock_.records_.size();
   if (clock_.any_passed_over_) {
-    StageRecord& before = clock_.records_.emplace_back(clock_.passed_over_);
-    before.name = name_;
-    before.resumed = true;
+    StageRecord& earlier = clock_.records_.emplace_back(clock_.passed_over_);
+    earlier.name = name_;
+    earlier.resumed = true;
   }
   if (clock_.any_done_ || !clock_.any_passed_over_) {
     clock_.records_.push_back(difference(clock_.totals(), begun_));
     clock_.records_.back().name = name_;
+  }
+  if (clock_.ended_ && std::uncaught_exceptions() == exceptions_) {
+    for (std::size_t i = before; i < clock_.records_.size(); ++i) {
+      clock_.ended_(clock_.records_[i]);
+    }
   }
 }
 

@@ -20,9 +20,10 @@ class StageClock {
     std::uint64_t bytes_written = 0;
   };
 
+  /// `ended` is told of each record of a stage that ended without an exception; may be empty.
   StageClock(const TaskGraph& tasks, std::function<StoreTraffic()> traffic,
-             std::vector<StageRecord>& records)
-      : tasks_(tasks), traffic_(std::move(traffic)), records_(records) {}
+             std::vector<StageRecord>& records, std::function<void(const StageRecord&)> ended = {})
+      : tasks_(tasks), traffic_(std::move(traffic)), records_(records), ended_(std::move(ended)) {}
 
   /// What was measured since the last call, or since the stage began; inside `work` of run.
   StageRecord lap();
@@ -48,6 +49,7 @@ class StageClock {
     StageClock& clock_;
     std::string name_;
     StageRecord begun_;
+    int exceptions_;  ///< in flight when it began
   };
 
   StageRecord totals() const;
@@ -55,6 +57,7 @@ class StageClock {
   const TaskGraph& tasks_;
   std::function<StoreTraffic()> traffic_;
   std::vector<StageRecord>& records_;
+  std::function<void(const StageRecord&)> ended_;
   StageRecord last_;         ///< totals at the last lap
   StageRecord passed_over_;  ///< of the stage that runs
   bool any_passed_over_ = false;

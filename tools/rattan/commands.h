@@ -7,12 +7,15 @@
 
 #include <CLI/CLI.hpp>
 
+#include "tools/rattan/json_log.h"
+
 namespace rattan {
 
 /// Set by the chosen command; main calls it after parsing.
 using Action = std::function<int()>;
 
-void add_remesh_command(CLI::App& app, Action& action);
+/// `log`: where all is told instead of the console; may be null.
+void add_remesh_command(CLI::App& app, Action& action, JsonLog* log);
 void add_synth_command(CLI::App& app, Action& action);
 void add_compare_command(CLI::App& app, Action& action);
 void add_render_command(CLI::App& app, Action& action);

@@ -9,16 +9,15 @@
 
 namespace rattan {
 
-namespace {
-
-int say(const char* what, int code) {
-  std::fprintf(stderr, "rattan: %s\n", what);
-  return code;
+void say_error(const std::string& sentence, int /*code*/) {
+  std::fprintf(stderr, "rattan: %s\n", sentence.c_str());
 }
 
-}  // namespace
-
-int run_guarded(const std::function<int()>& command) {
+int run_guarded(const std::function<int()>& command, const ErrorSink& say_it) {
+  const auto say = [&](const std::string& sentence, int code) {
+    say_it(sentence, code);
+    return code;
+  };
   try {
     return command();
   } catch (const UsageError& e) {
@@ -32,10 +31,9 @@ int run_guarded(const std::function<int()>& command) {
   } catch (const std::bad_alloc&) {
     return say("The system refused more memory. Free some, or lower --memory.", kExitResource);
   } catch (const std::exception& e) {
-    std::fprintf(
-        stderr, "rattan: a defect in Rattan: %s. Please report it with the scan and the command.\n",
-        e.what());
-    return kExitDefect;
+    return say(std::string("a defect in Rattan: ") + e.what() +
+                   ". Please report it with the scan and the command.",
+               kExitDefect);
   }
 }
 

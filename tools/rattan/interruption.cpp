@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "tools/rattan/interruption.h"
 
+#include <algorithm>
 #include <cerrno>
-#include <cstring>
+#include <chrono>
 #include <ctime>
 #include <pthread.h>
+#include <string>
 #include <unistd.h>
+#include <utility>
 
 #include "tools/rattan/exit_code.h"
 
@@ -13,25 +16,26 @@ namespace rattan {
 
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 // Of the ten seconds that are promised.
-constexpr timespec kGrace{4, 0};
-constexpr timespec kPatience{4, 0};
+constexpr std::chrono::seconds kGrace{4};
+constexpr std::chrono::seconds kPatience{4};
+/// One request may come as several signals: a cluster's scheduler tells every process of a job, and
+/// its parent tells a process once more.
+constexpr std::chrono::seconds kSameRequest{2};
 /// Ends the watcher; sent by the destructor only.
 constexpr int kEnd = SIGUSR2;
 
-void say(const char* sentence) {
+void say_on_stderr(Interruption::Moment /*moment*/, const char* sentence) {
   // Not stdio: whoever is stuck may hold its lock.
-  [[maybe_unused]] const ssize_t ignored = ::write(2, sentence, std::strlen(sentence));
-}
-
-[[noreturn]] void leave() {
-  say("rattan: Interrupted; run the same command again to resume.\n");
-  ::_exit(kExitInterrupted);
+  const std::string line = std::string("rattan: ") + sentence + '\n';
+  [[maybe_unused]] const ssize_t ignored = ::write(2, line.data(), line.size());
 }
 
 }  // namespace
 
-Interruption::Interruption() {
+Interruption::Interruption(Say say) : say_(say ? std::move(say) : Say(say_on_stderr)) {
   sigemptyset(&signals_);
   for (const int signal : {SIGTERM, SIGINT, SIGUSR1, kEnd}) {
     sigaddset(&signals_, signal);
@@ -48,11 +52,17 @@ Interruption::~Interruption() {
   pthread_sigmask(SIG_SETMASK, &before_, nullptr);
 }
 
-// 0 after the longest wait.
-int Interruption::next_signal(const timespec* longest) {
+// 0 at the time given.
+int Interruption::next_signal(const Clock::time_point* until) {
   while (true) {
-    const int got = longest == nullptr ? sigwaitinfo(&signals_, nullptr)
-                                       : sigtimedwait(&signals_, nullptr, longest);
+    int got = 0;
+    if (until == nullptr) {
+      got = sigwaitinfo(&signals_, nullptr);
+    } else {
+      const auto left = std::max(std::chrono::nanoseconds(*until - Clock::now()), {});
+      const timespec wait{left.count() / 1'000'000'000, left.count() % 1'000'000'000};
+      got = sigtimedwait(&signals_, nullptr, &wait);
+    }
     if (got == kEnd ? ending_.load() : got > 0) {
       return got;
     }
@@ -62,17 +72,26 @@ int Interruption::next_signal(const timespec* longest) {
   }
 }
 
+void Interruption::leave() {
+  say_(Moment::kLeaving, "Interrupted; run the same command again to resume.");
+  ::_exit(kExitInterrupted);
+}
+
 void Interruption::watch() {
   if (next_signal(nullptr) == kEnd) {
     return;
   }
-  say("rattan: stopping, and saving the work. Another signal stops at once.\n");
+  say_(Moment::kStopping, "stopping, and saving the work. A later signal stops at once.");
   soon_.request_stop();
-  for (const timespec* wait : {&kGrace, &kPatience}) {
-    const int got = next_signal(wait);
-    if (got == kEnd) {
-      return;
-    }
+  const Clock::time_point begin = Clock::now();
+  for (const Clock::time_point until : {begin + kGrace, begin + kGrace + kPatience}) {
+    int got = 0;
+    do {
+      got = next_signal(&until);
+      if (got == kEnd) {
+        return;
+      }
+    } while (got > 0 && Clock::now() < begin + kSameRequest);
     if (got > 0) {
       break;
     }

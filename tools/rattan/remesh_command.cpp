@@ -4,7 +4,9 @@
 #include <string>
 
 #include <fmt/format.h>
+#include <oneapi/tbb/task_arena.h>
 
+#include "jobs/memory_share.h"
 #include "jobs/remesh_job.h"
 #include "jobs/remesh_plan.h"
 #include "tools/rattan/commands.h"
@@ -37,25 +39,64 @@ void add_process_options(CLI::App& command, Arguments& args) {
   command.add_option("--thumbnail", o.thumbnail, "write a small PNG of the remesh")->group("");
   command.add_option("--viewer", o.viewer, "write the remesh as a script, for a 3D view")
       ->group("");
+  add_log_format_option(command);
   auto* quiet = command.add_flag("--quiet", args.quiet, "only warnings and errors")->group("Run");
   command.add_flag("--verbose", args.verbose, "a line for every stage")
       ->excludes(quiet)
       ->group("Run");
 }
 
-int run(const Arguments& args) {
+int plan_logged(const RemeshOptions& options, JsonLog& log) {
+  const RemeshPlan plan = plan_remesh(options, log);
+  log.plan(plan);
+  if (!plan.fits()) {
+    log.error("Memory or disk will not do.", kExitResource);
+    return kExitResource;
+  }
+  log.end(kExitDone);
+  return kExitDone;
+}
+
+int run_logged(RemeshOptions options, JsonLog& log) {
+  // What is left to the machine is told, too.
+  options.memory = options.memory > 0 ? options.memory : default_memory_share();
+  options.threads =
+      options.threads > 0 ? options.threads : oneapi::tbb::this_task_arena::max_concurrency();
+  {
+    Interruption interruption([&](Interruption::Moment moment, const char* sentence) {
+      if (moment == Interruption::Moment::kStopping) {
+        log.stopping(sentence);
+      } else {
+        log.error(sentence, kExitInterrupted);
+      }
+    });
+    log.start(options);
+    remesh_scan(options, log, {interruption.soon(), interruption.now()}, &log);
+  }
+  log.end(kExitDone);
+  return kExitDone;
+}
+
+int run(const Arguments& args, JsonLog* log) {
+  if (log != nullptr) {
+    log->set_scan(args.remesh.options.scan);
+  }
   RemeshOptions o = args.remesh.resolve();
+  if (const char* seconds = std::getenv("RATTAN_CHECKPOINT_SECONDS")) {
+    o.checkpoint_seconds = std::strtod(seconds, nullptr);
+  }
   const Verbosity verbosity = args.quiet     ? Verbosity::kQuiet
                               : args.verbose ? Verbosity::kVerbose
                                              : Verbosity::kNormal;
+  if (log != nullptr) {
+    log->set_quiet(args.quiet);
+    return args.dry_run ? plan_logged(o, *log) : run_logged(o, *log);
+  }
   if (args.dry_run) {
     Console console(verbosity);
     const RemeshPlan plan = plan_remesh(o, console);
     fmt::print("{}", describe(plan));
     return plan.fits() ? kExitDone : kExitResource;
-  }
-  if (const char* seconds = std::getenv("RATTAN_CHECKPOINT_SECONDS")) {
-    o.checkpoint_seconds = std::strtod(seconds, nullptr);
   }
   RemeshReport report;
   {
@@ -77,7 +118,7 @@ int run(const Arguments& args) {
 
 }  // namespace
 
-void add_remesh_command(CLI::App& app, Action& action) {
+void add_remesh_command(CLI::App& app, Action& action, JsonLog* log) {
   auto args = std::make_shared<Arguments>();
   CLI::App* command =
       app.add_subcommand("remesh", "Convert one scan into a curvature-aligned quad-dominant mesh.");
@@ -94,7 +135,7 @@ void add_remesh_command(CLI::App& app, Action& action) {
   add_scan_options(*command, args->remesh);
   add_run_options(*command, args->remesh);
   add_process_options(*command, *args);
-  command->callback([args, &action] { action = [args] { return run(*args); }; });
+  command->callback([args, &action, log] { action = [args, log] { return run(*args, log); }; });
 }
 
 }  // namespace rattan
