@@ -14,6 +14,7 @@
 #include "jobs/memory_plan.h"
 #include "jobs/memory_share.h"
 #include "jobs/output_names.h"
+#include "jobs/remesh_cost.h"
 #include "jobs/target_size.h"
 
 namespace rattan {
@@ -21,17 +22,6 @@ namespace rattan {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Measured on synthetic scans of 1.6 to 100 million triangles, see README.md.
-constexpr std::uint64_t kLiveBytesPerVertex = 440;
-constexpr std::uint64_t kDiskBytesPerVertex = 500;
-constexpr int kPasses = 40;
-constexpr double kSecondsPerTriangle = 3.6e-6;
-constexpr double kSecondsPerFace = 20e-6;
-constexpr double kParallelShare = 0.93;
-constexpr double kDiskBytesPerSecond = 4e8;
-/// Work that goes to disk and back, in multiples of what doesn't fit into memory.
-constexpr double kTimesToDisk = 3.0;
 
 class CountingSink final : public ScanSink {
  public:
@@ -84,13 +74,11 @@ RemeshPlan plan_remesh(const RemeshOptions& given, ProgressSink& progress) {
       options.work_dir.empty() ? output_names(options)[0] + ".work" : options.work_dir;
   plan.disk = kDiskBytesPerVertex * plan.vertices;
   plan.disk_free = free_space(plan.work_directory);
-  plan.passes = kPasses * static_cast<int>(options.sizes.size());
-  const double sizes = static_cast<double>(options.sizes.size());
-  const double work = kSecondsPerTriangle * static_cast<double>(plan.triangles) * sizes +
-                      kSecondsPerFace * plan.faces;
-  const double outside = static_cast<double>(plan.whole_scan) - static_cast<double>(plan.budget);
-  plan.seconds = work * (1.0 - kParallelShare + kParallelShare / plan.threads) +
-                 kTimesToDisk * std::max(outside, 0.0) / kDiskBytesPerSecond;
+  plan.passes = kPassesPerSize * static_cast<int>(options.sizes.size());
+  const double work = remesh_cpu_seconds(static_cast<double>(plan.triangles), plan.faces,
+                                         static_cast<double>(options.sizes.size()));
+  plan.seconds =
+      remesh_wall_seconds(work, plan.threads) + remesh_disk_seconds(plan.whole_scan, plan.budget);
   return plan;
 }
 

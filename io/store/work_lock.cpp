@@ -159,9 +159,9 @@ WorkLock::WorkLock(const fs::path& directory, Timing timing)
     throw;
   }
   if (!taken) {
-    throw ResourceError(directory_.string() + ": the work directory is in use by " +
-                        (holder.empty() ? "other processes" : holder) +
-                        ". Wait for it to end, or choose another directory with --work-dir.");
+    throw DirectoryInUse(directory_.string() + ": the work directory is in use by " +
+                         (holder.empty() ? "other processes" : holder) +
+                         ". Wait for it to end, or choose another directory with --work-dir.");
   }
   toucher_ = std::thread([this] { keep_touching(); });
 }
@@ -274,6 +274,32 @@ bool WorkLock::held() const {
   return !numbers.empty() && numbers.back() == number_ && ::fstat(fd_, &mine) == 0 &&
          ::stat(path_.c_str(), &there) == 0 && mine.st_ino == there.st_ino &&
          mine.st_dev == there.st_dev;
+}
+
+std::optional<std::string> WorkLock::holder(const fs::path& directory) {
+  const std::vector<std::uint64_t> found = lock_numbers(directory);
+  for (auto n = found.rbegin(); n != found.rend(); ++n) {
+    const Descriptor file(::open(lock_path(directory, *n).c_str(), O_RDONLY | O_CLOEXEC));
+    if (file.get() < 0) {
+      continue;
+    }
+    const Holder other = parse(read_all(file.get()));
+    struct flock whole {};
+    whole.l_type = F_WRLCK;
+    whole.l_whence = SEEK_SET;
+    const bool asked = ::fcntl(file.get(), F_OFD_GETLK, &whole) == 0;
+    const bool locked = asked && whole.l_type != F_UNLCK;
+    struct stat touched {};
+    timespec now{};
+    ::clock_gettime(CLOCK_REALTIME, &now);
+    const bool fresh = ::fstat(file.get(), &touched) == 0 &&
+                       nanoseconds(now) - nanoseconds(touched.st_mtim) <
+                           std::chrono::nanoseconds(Timing().dead_after).count();
+    if (asked && other.here() ? locked : fresh) {
+      return "process " + other.pid + " on " + other.host;
+    }
+  }
+  return std::nullopt;
 }
 
 void WorkLock::keep_touching() {

@@ -7,10 +7,19 @@
 #include <condition_variable>
 #include <filesystem>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 
+#include "engine/core/errors.h"
+
 namespace rattan {
+
+/// Another process is at work there.
+class DirectoryInUse : public ResourceError {
+ public:
+  using ResourceError::ResourceError;
+};
 
 /// Holds the directory's lock: a file `lock.<n>` that names host, boot and process, is locked in
 /// the kernel (an open file description lock, which the kernel drops when the process dies), and is
@@ -27,8 +36,8 @@ class WorkLock {
     std::chrono::milliseconds touch{5000};
     std::chrono::milliseconds dead_after{30000};
   };
-  /// Creates the directory if need be. Throws ResourceError that names the holder, or says why the
-  /// directory cannot be used; nothing there is changed then.
+  /// Creates the directory if need be. Throws DirectoryInUse that names the holder, or
+  /// ResourceError that says why the directory cannot be used; nothing there is changed then.
   explicit WorkLock(const std::filesystem::path& directory) : WorkLock(directory, Timing()) {}
   WorkLock(const std::filesystem::path& directory, Timing timing);
   /// Gives the lock back; removes the directory if that leaves it empty.
@@ -39,6 +48,10 @@ class WorkLock {
   /// False once somebody else has taken the lock over, as happens to a process that was asleep for
   /// long.
   bool held() const;
+
+  /// "process 12 on host" for a holder that is alive, as far as can be told without touching
+  /// anything.
+  static std::optional<std::string> holder(const std::filesystem::path& directory);
 
  private:
   bool take(std::string& holder);
