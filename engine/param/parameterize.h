@@ -43,10 +43,12 @@ struct FieldOptions {
   double curl_power = 0.2;
   HierarchyOptions hierarchy;
   /// The smoothing system; `reference` selects the paper's own procedure for it.
+  /// Curvature leaves it no choice to start from, so one start will do.
   SolveOptions smoothing_solve{.penalty = 0.1F,
                                .coarse_stiffness = 0.5F,
                                .passes = 1,
-                               .sweeps = 8,
+                               .sweeps = 4,
+                               .starts = 1,
                                .newton_steps = 0,
                                .tolerance = 1e-2F,
                                .unit_norm = true};
@@ -63,7 +65,7 @@ struct ParamOptions {
   SolveOptions solve{.penalty = 0.2F,
                      .coarse_stiffness = 1.0F,
                      .passes = 1,
-                     .sweeps = 8,
+                     .sweeps = 5,
                      .starts_of_one_tile = 12,
                      .newton_steps = 0,
                      .tolerance = 1e-2F,

@@ -23,9 +23,9 @@ constexpr float kOverRelaxation = 1.5F;
 /// the one of least energy goes on: a start decides which way phases wind around handles and where
 /// vortices settle, and no finer level can undo that. Large scans average it out by themselves.
 constexpr std::uint64_t kTrialNodes = 2048;
-constexpr int kCoarsestSweeps = 512;
-constexpr int kCoarseSweeps = 64;
-constexpr int kSecondLevelSweeps = 16;
+constexpr int kCoarsestSweeps = 128;
+constexpr int kCoarseSweeps = 16;
+constexpr int kSecondLevelSweeps = 8;
 /// Sweeps between exchanges of halos on coarse levels of several tiles.
 constexpr int kSweepsPerPass = 4;
 
@@ -64,24 +64,49 @@ class Periodic {
  private:
   // The start that is best on the trial level goes on.
   void solve_tiles(std::size_t trial) {
-    std::uint64_t best = 0;
+    SystemLevel<Block>& top = system_.levels[trial];
+    SavedSolution best;
     double least = 0.0;
     const auto starts = static_cast<std::uint64_t>(std::max(options_.starts, 1));
     for (std::uint64_t seed = 0; seed < starts; ++seed) {
       climb(trial, seed);
       const double energy = evaluate(system_.levels[trial], options_.penalty, tasks_).energy;
       report_.passes += trial == 0 ? 1 : 0;
+      const bool last = seed + 1 == starts;
       if (seed == 0 || energy < least) {
         least = energy;
-        best = seed;
+        if (!last) {
+          best = save(top);
+        }
+      } else if (last) {
+        restore(best, top);
       }
-    }
-    if (best != starts - 1) {
-      climb(trial, best);
     }
     for (std::size_t k = trial; k-- > 0;) {
       relax_level(k, 0);
     }
+  }
+
+  /// Of a level that is small enough to be tried several times.
+  struct SavedSolution {
+    std::vector<std::vector<Value<Block>>> tiles;
+    HaloBoard<Value<Block>> board;
+  };
+
+  static SavedSolution save(const SystemLevel<Block>& s) {
+    SavedSolution saved{.tiles = {}, .board = s.board};
+    for (std::uint32_t t = 0; t < s.level->layout.tile_count(); ++t) {
+      const auto values = read(*s.store, s.solution, TileId(t));
+      saved.tiles.emplace_back(values.begin(), values.end());
+    }
+    return saved;
+  }
+
+  static void restore(SavedSolution& saved, SystemLevel<Block>& s) {
+    for (std::uint32_t t = 0; t < saved.tiles.size(); ++t) {
+      write(*s.store, s.solution, TileId(t), saved.tiles[t]);
+    }
+    s.board = std::move(saved.board);
   }
 
   // A small scan has too few nodes on any coarse level to tell starts apart: all go on to the

@@ -252,11 +252,8 @@ std::array<double, 2> smooth(SystemLevel<Block>& fine, const SystemLevel<Block>*
             s.x.push_back(before[slot]);
           }
           const auto go = [&](SweepMode mode, int count) {
-            for (int k = 0; k < count; ++k) {
-              sweep<Block>(terms, s.tile.row_begin.span(), s.tile.neighbor.span(),
-                           s.tile.coefficient.span(), s.x, plan.omega, mode,
-                           plan.symmetric && k % 2 == 1, s.at.span());
-            }
+            sweep_often<Block>(s.tile, terms, s.x, plan.omega, mode, count, plan.symmetric,
+                               s.at.span());
           };
           go(plan.mode, plan.sweeps);
           if constexpr (BlockOps<Block>::kPeriodic) {

@@ -48,10 +48,7 @@ void relax_best(SystemLevel<Block>& fine, const std::vector<std::vector<Value<Bl
             [&](std::size_t c) {
               x[c] = prolong_owned<Block>(s.tile, candidates[c]);
               const auto go = [&](SweepMode mode, int count) {
-                for (int k = 0; k < count; ++k) {
-                  sweep<Block>(terms, s.tile.row_begin.span(), s.tile.neighbor.span(),
-                               s.tile.coefficient.span(), x[c], plan.omega, mode);
-                }
+                sweep_often<Block>(s.tile, terms, x[c], plan.omega, mode, count);
               };
               go(plan.mode, plan.passes * plan.sweeps);
               go(SweepMode::kUnit, plan.unit_sweeps);

@@ -65,7 +65,8 @@ struct Node {
         xr[1] = scale * im;
       } else {
         const float old = std::sqrt(xr[0] * xr[0] + xr[1] * xr[1]);
-        const float s = penalised_norm(term.diagonal[0], term.eps, norm, old);
+        const float s =
+            Mode == SweepMode::kHold ? old : penalised_norm(term.diagonal[0], term.eps, norm, old);
         const float scale = s / std::max(norm, kTiny);
         xr[0] += omega * (scale * re - xr[0]);
         xr[1] += omega * (scale * im - xr[1]);
@@ -139,6 +140,8 @@ struct Node<PairBlock, Mode> {
       if constexpr (Mode == SweepMode::kUnit) {
         _mm_storeu_ps(xr, _mm_mul_ps(b, inverse));
         return;
+      } else if constexpr (Mode == SweepMode::kHold) {
+        target = _mm_mul_ps(b, _mm_mul_ps(_mm_sqrt_ps(part_norms2(old)), inverse));
       } else {
         // penalised_norm(), lane by lane.
         const __m128 eps2 = _mm_set1_ps(2.0F * term.eps);
@@ -254,6 +257,11 @@ void sweep(std::span<const NodeTerm<Block>> terms, std::span<const std::uint32_t
     if (mode == SweepMode::kPenalty) {
       run<Block, SweepMode::kPenalty>(terms, row_begin, neighbor.data(), coefficient.data(),
                                       x.data(), omega, backward);
+      return;
+    }
+    if (mode == SweepMode::kHold) {
+      run<Block, SweepMode::kHold>(terms, row_begin, neighbor.data(), coefficient.data(), x.data(),
+                                   omega, backward);
       return;
     }
     if (mode == SweepMode::kUnit) {

@@ -15,6 +15,7 @@ enum class SweepMode {
   kPenalty,  ///< norm s of each complex part solves D s - |Cx + b| + 2 eps s (s^2 - 1) = 0
   kNewton,   ///< linear, plus the penalty's positive curvature at `at`: per complex part u,
              ///< D + 2 eps max(|u|^2 - 1, 0) + 4 eps u u^T
+  kHold,     ///< norms as they are: the direction of C x + b
   kUnit,     ///< unit norms: the direction of C x + b; not over-relaxed
 };
 
@@ -24,6 +25,21 @@ void sweep(std::span<const NodeTerm<Block>> terms, std::span<const std::uint32_t
            std::span<const std::uint32_t> neighbor, std::span<const Coefficient<Block>> coefficient,
            std::span<Value<Block>> x, float omega, SweepMode mode, bool backward = false,
            std::span<const Value<Block>> at = {});
+
+/// `count` sweeps in a row. Of those in kPenalty mode the last, and every third before it, look for
+/// norms; the others hold them (kHold), which descends as well and saves most of the divisions.
+/// `symmetric`: forward and backward in turn.
+template <class Block>
+void sweep_often(const TileSystem<Block>& tile, std::span<const NodeTerm<Block>> terms,
+                 std::span<Value<Block>> x, float omega, SweepMode mode, int count,
+                 bool symmetric = false, std::span<const Value<Block>> at = {}) {
+  constexpr int kNormsEvery = 3;
+  for (int k = 0; k < count; ++k) {
+    const bool hold = mode == SweepMode::kPenalty && (count - 1 - k) % kNormsEvery != 0;
+    sweep<Block>(terms, tile.row_begin.span(), tile.neighbor.span(), tile.coefficient.span(), x,
+                 omega, hold ? SweepMode::kHold : mode, symmetric && k % 2 == 1, at);
+  }
+}
 
 /// Part that real k of a value belongs to.
 template <class Block>

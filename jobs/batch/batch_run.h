@@ -22,6 +22,8 @@ struct BatchRunOptions {
   bool fresh = false;   ///< do what is done again, too
   bool report = true;   ///< thumbnails and 3D views for the page
   std::string program;  ///< to run instead of this one; for tests
+  /// Folder of the work directories, <id>.work in it; empty: beside the outputs.
+  std::string work_directory;
 
   std::uint64_t total = 0;  ///< items of the whole selection; 0: as many as were given
   std::uint32_t shard = 0;  ///< from 1, told in the journal; 0: none
@@ -60,9 +62,5 @@ std::vector<Standing> plan_batch(const std::vector<BatchItem>& items,
 /// SIGTERM, SIGINT, SIGUSR1 and SIGCHLD while it runs; to be called on the only thread. Throws
 /// ResourceError where the directory can't be written to.
 int run_batch(const std::vector<BatchItem>& items, const BatchRunOptions& options);
-
-/// The words of the child that makes an item: program, "remesh", scan and all options.
-std::vector<std::string> child_command(const BatchItem& item, const BatchRunOptions& options,
-                                       int threads, std::uint64_t memory);
 
 }  // namespace rattan

@@ -25,6 +25,7 @@ Forecast forecast(const BatchItem& item) {
   const ScanOutline scan = outline_scan(item.scan);
   Forecast f;
   f.triangles = scan.triangles;
+  f.counted = scan.counted;
   f.faces = asked_faces(options, static_cast<std::uint64_t>(scan.triangles));
   const double faces = f.faces > 0.0 ? f.faces : kFacesByArea * scan.triangles;
   f.cpu_seconds = item.cost > 0.0 ? item.cost

@@ -10,6 +10,7 @@ namespace rattan {
 /// What a scan will take, told without reading it.
 struct Forecast {
   double triangles = 0.0;
+  bool counted = false;      ///< the triangles, by the file's header
   double faces = 0.0;        ///< of the largest remesh; 0: the area decides
   double cpu_seconds = 0.0;  ///< on one thread
   std::uint64_t least_memory = 0;

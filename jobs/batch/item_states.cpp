@@ -110,6 +110,10 @@ void ItemStates::begin() {
   }
 }
 
+void ItemStates::expect_again(std::size_t item, int attempt) {
+  states_[item].at_begin = attempt;
+}
+
 bool ItemStates::ended_since(std::size_t item) const {
   return states_[item].ended > states_[item].at_begin;
 }

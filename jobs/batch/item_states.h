@@ -23,6 +23,8 @@ class ItemStates final : private JournalVisitor {
   void refresh() { reader_.refresh(*this); }
   /// What is ended from now on is settled: see standing().
   void begin();
+  /// But not this attempt: it is to be made again.
+  void expect_again(std::size_t item, int attempt);
 
   /// By journal alone. After begin(), what ended since is not to be done again, however it ended,
   /// but for interruptions.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <dirent.h>
 #include <fcntl.h>
 #include <memory>
@@ -22,7 +23,9 @@ enum class Name {
   kEvent,
   kTime,
   kId,
+  kIdHex,
   kScan,
+  kScanHex,
   kScanBytes,
   kScanTime,
   kKey,
@@ -43,6 +46,7 @@ enum class Name {
   kPeak,
   kOutputs,
   kPath,
+  kPathHex,
   kBytes,
   kWarnings,
   kAdopted,
@@ -62,6 +66,9 @@ Name name_of(std::string_view text) {
   static constexpr Named kNames[] = {{"event", Name::kEvent},
                                      {"time", Name::kTime},
                                      {"id", Name::kId},
+                                     {"id_hex", Name::kIdHex},
+                                     {"scan_hex", Name::kScanHex},
+                                     {"path_hex", Name::kPathHex},
                                      {"scan", Name::kScan},
                                      {"scan_bytes", Name::kScanBytes},
                                      {"scan_time", Name::kScanTime},
@@ -97,6 +104,17 @@ Name name_of(std::string_view text) {
     }
   }
   return Name::kOther;
+}
+
+// Bytes of a name that is no UTF-8.
+std::string from_hex(std::string_view digits) {
+  std::string bytes;
+  for (std::size_t i = 0; i + 1 < digits.size(); i += 2) {
+    unsigned byte = 0;
+    std::from_chars(digits.data() + i, digits.data() + i + 2, byte, 16);
+    bytes += static_cast<char>(byte);
+  }
+  return bytes;
 }
 
 /// A record from the events of a parser, without a tree of it: a journal may have millions.
@@ -242,8 +260,19 @@ class RecordParser {
       case Name::kId:
         start_.id.swap(value);
         break;
+      case Name::kIdHex:
+        start_.id = from_hex(value);
+        break;
       case Name::kScan:
         start_.scan.swap(value);
+        break;
+      case Name::kScanHex:
+        start_.scan = from_hex(value);
+        break;
+      case Name::kPathHex:
+        if (!end_.outputs.empty()) {
+          end_.outputs.back().path = from_hex(value);
+        }
         break;
       case Name::kKey:
         start_.key.swap(value);

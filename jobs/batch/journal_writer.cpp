@@ -6,7 +6,9 @@
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
+#include <string_view>
 #include <unistd.h>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -24,7 +26,43 @@ Json text_or_null(const std::string& text) {
   return text.empty() ? Json() : Json(text);
 }
 
-// Names of files are any bytes; what isn't UTF-8 in them must not stop a batch.
+bool is_utf8(std::string_view text) {
+  for (std::size_t i = 0; i < text.size();) {
+    const auto at = [&](std::size_t k) -> unsigned {
+      return k < text.size() ? static_cast<unsigned char>(text[k]) : 0U;
+    };
+    const unsigned first = at(i);
+    const std::size_t more = first < 0x80U ? 0 : first < 0xE0U ? 1 : first < 0xF0U ? 2 : 3;
+    if ((first >= 0x80U && first < 0xC2U) || first > 0xF4U) {
+      return false;
+    }
+    for (std::size_t k = 1; k <= more; ++k) {
+      if ((at(i + k) & 0xC0U) != 0x80U) {
+        return false;
+      }
+    }
+    const unsigned second = at(i + 1);
+    if ((first == 0xE0U && second < 0xA0U) || (first == 0xEDU && second > 0x9FU) ||
+        (first == 0xF0U && second < 0x90U) || (first == 0xF4U && second > 0x8FU)) {
+      return false;
+    }
+    i += more + 1;
+  }
+  return true;
+}
+
+// Names of files are any bytes, a text of JSON is not: others are kept in hexadecimal digits too.
+void put_name(Json& record, const char* name, const std::string& text) {
+  record[name] = text;
+  if (!is_utf8(text)) {
+    std::string digits;
+    for (const char c : text) {
+      digits += fmt::format("{:02x}", static_cast<unsigned char>(c));
+    }
+    record[std::string(name) + "_hex"] = digits;
+  }
+}
+
 std::string line_of(const Json& record) {
   return record.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
 }
@@ -100,41 +138,43 @@ void JournalWriter::write(std::string line) {
 }
 
 void JournalWriter::append(const StartRecord& r) {
-  write(line_of({{"event", "start"},
-                 {"time", r.time},
-                 {"id", r.id},
-                 {"scan", r.scan},
-                 {"scan_bytes", r.scan_bytes},
-                 {"scan_time", r.scan_time},
-                 {"key", r.key},
-                 {"options", r.options},
-                 {"attempt", r.attempt},
-                 {"host", r.host},
-                 {"pid", r.pid},
-                 {"slurm", text_or_null(r.slurm)},
-                 {"threads", r.threads},
-                 {"memory", r.memory},
-                 {"cost", r.cost},
-                 {"triangles", r.triangles},
-                 {"rattan", r.rattan}}));
+  Json record = {{"event", "start"}, {"time", r.time}};
+  put_name(record, "id", r.id);
+  put_name(record, "scan", r.scan);
+  record.update(Json{{"scan_bytes", r.scan_bytes},
+                     {"scan_time", r.scan_time},
+                     {"key", r.key},
+                     {"options", r.options},
+                     {"attempt", r.attempt},
+                     {"host", r.host},
+                     {"pid", r.pid},
+                     {"slurm", text_or_null(r.slurm)},
+                     {"threads", r.threads},
+                     {"memory", r.memory},
+                     {"cost", r.cost},
+                     {"triangles", r.triangles},
+                     {"rattan", r.rattan}});
+  write(line_of(record));
 }
 
 void JournalWriter::append(const EndRecord& r) {
-  Json record = {{"event", "end"},
-                 {"time", r.time},
-                 {"id", r.id},
-                 {"attempt", r.attempt},
-                 {"host", r.host},
-                 {"pid", r.pid},
-                 {"exit", r.exit},
-                 {"sentence", text_or_null(r.sentence)},
-                 {"seconds", r.seconds},
-                 {"cpu_seconds", r.cpu_seconds},
-                 {"peak_rss_bytes", r.peak_rss_bytes},
-                 {"outputs", Json::array()},
-                 {"warnings", r.warnings}};
+  Json record = {{"event", "end"}, {"time", r.time}};
+  put_name(record, "id", r.id);
+  record.update(Json{{"attempt", r.attempt},
+                     {"host", r.host},
+                     {"pid", r.pid},
+                     {"exit", r.exit},
+                     {"sentence", text_or_null(r.sentence)},
+                     {"seconds", r.seconds},
+                     {"cpu_seconds", r.cpu_seconds},
+                     {"peak_rss_bytes", r.peak_rss_bytes},
+                     {"outputs", Json::array()},
+                     {"warnings", r.warnings}});
   for (const OutputFile& output : r.outputs) {
-    record["outputs"].push_back({{"path", output.path}, {"bytes", output.bytes}});
+    Json entry;
+    put_name(entry, "path", output.path);
+    entry["bytes"] = output.bytes;
+    record["outputs"].push_back(std::move(entry));
   }
   if (r.adopted) {
     record["adopted"] = true;

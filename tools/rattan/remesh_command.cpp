@@ -35,11 +35,11 @@ void add_process_options(CLI::App& command, Arguments& args) {
       .add_flag("--dry-run", args.dry_run, "read the scan, print what the run would take, and stop")
       ->group("Run");
   command.add_option("--report", o.report, "write a JSON report")->group("Run");
+  add_log_format_option(command);
   // For the report of a batch, so not on the help screen.
   command.add_option("--thumbnail", o.thumbnail, "write a small PNG of the remesh")->group("");
   command.add_option("--viewer", o.viewer, "write the remesh as a script, for a 3D view")
       ->group("");
-  add_log_format_option(command);
   auto* quiet = command.add_flag("--quiet", args.quiet, "only warnings and errors")->group("Run");
   command.add_flag("--verbose", args.verbose, "a line for every stage")
       ->excludes(quiet)

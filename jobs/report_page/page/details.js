@@ -60,7 +60,10 @@ class Details {
       el("button", { type: "button", "aria-pressed": String(k === 0),
         onclick: () => this.load(scan, k) },
         name.replace(/^view-?/, "").replace(/\.js$/, "") || String(k + 1))) : []));
-    if (!this.dialog.open) this.dialog.showModal();
+    if (!this.dialog.open) {
+      this.dialog.showModal();
+      this.close.focus();
+    }
     this.dialog.querySelector(".content").scrollTop = 0;
     this.stage.hidden = scan.viewers.length + scan.thumbnails.length === 0;
     this.load(scan, 0);
@@ -87,10 +90,12 @@ class Details {
       this.view = this.view || new View3d(this.canvas);
       this.view.show(head);
       this.tools.hidden = false;
+      if (document.activeElement === this.close) this.canvas.focus({ preventScroll: true });
       this.poster.hidden = true;
       const faces = this.view.shown;
       this.note.textContent = faces === head.faces
-        ? "Drag to turn, wheel or pinch to zoom, shift-drag to move"
+        ? matchMedia("(pointer: coarse)").matches ? "Drag to turn, pinch to zoom and move"
+          : "Drag to turn, wheel to zoom, shift-drag to move"
         : "Reduced for viewing: " + people(faces) + " of " + people(head.faces) + " faces";
     } catch (error) {
       if (this.scan === scan) this.note.textContent = error.message;
@@ -135,7 +140,7 @@ class Details {
       facts("Distance", [
         distance("To the scan, max", s.to_max), distance("To the scan, rms", s.to_rms),
         distance("From the scan, max", s.from_max), distance("From the scan, rms", s.from_rms),
-        distance("Diagonal of the scan", s.diagonal)]),
+        figure("Diagonal of the scan", s.diagonal, threeDigits, "in the file's units")]),
       facts("Scan", [
         figure("Triangles", s.triangles, people, "triangles"),
         figure("Vertices", s.vertices, people, "vertices"),

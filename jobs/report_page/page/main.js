@@ -48,8 +48,8 @@ function failures(open) {
   byId("failures").hidden = failed.length === 0;
   const groups = new Map();
   for (const scan of failed) {
-    let like = scan.sentence || "No reason was given.";
-    for (const name of [scan.scan, scan.id, scan.name]) like = like.split(name).join("\u2026");
+    let like = scan.reason;
+    for (const name of [scan.scan, scan.id, scan.name].filter((n) => n !== "")) like = like.split(name).join("\u2026");
     like = scan.status + like.replace(/[0-9][0-9.,]*/g, "#");
     groups.set(like, [...(groups.get(like) || []), scan]);
   }
@@ -58,7 +58,7 @@ function failures(open) {
   const item = (scan) => el("li", {},
     el("div.who", {}, el("button.name", { type: "button", onclick: () => open(scan) }, scan.id),
       scan.has_log ? el("a", { href: scan.link + ".log" }, "log") : null),
-    el("p", {}, scan.sentence || "No reason was given."));
+    el("p", {}, scan.reason));
   const badge = (status) => el("span.status." + status, {}, kStatusWords[status]);
   const group = (list) => {
     if (list.length === 1) {
@@ -67,7 +67,7 @@ function failures(open) {
     const all = el("ul");
     const box = el("details", { open: list.length <= 3 && ordered.length <= 6 },
       el("summary", {}, el("b", {}, plural(list.length, "scan")), " ",
-        el("span", {}, list[0].sentence || "No reason was given.")), all);
+        el("span", {}, list[0].reason)), all);
     const fill = () => {
       if (box.open && all.childElementCount === 0) all.append(...list.map(item));
     };
@@ -85,7 +85,6 @@ function start() {
   const details = new Details(byId("details"), () => list);
   const table = new ScanTable(byId("box"), (scan) => details.show(scan));
   failures((scan) => details.show(scan));
-  // Figures that nobody has take no room.
   let status = null;
   const chips = byId("chips");
   const query = byId("query");

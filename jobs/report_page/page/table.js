@@ -23,6 +23,12 @@ class ScanTable {
     box.addEventListener("scroll", () => this.draw(), { passive: true });
     new ResizeObserver(() => this.draw(true)).observe(box);
     box.addEventListener("keydown", (event) => this.key(event));
+    this.body.addEventListener("click", (event) => {
+      const row = event.target.closest("tr[data-place]");
+      if (row && !event.target.closest("button, a") && String(getSelection()) === "") {
+        this.open(scans[Number(row.dataset.place)]);
+      }
+    });
     window.addEventListener("beforeprint", () => this.draw(true, true));
     window.addEventListener("afterprint", () => this.draw(true));
   }
@@ -119,7 +125,7 @@ class ScanTable {
           decoding: "async", width: 76, height: 57 }))
       : el("span.picture.empty." + scan.status, { "aria-hidden": "true" });
     const line = scan.sentence && scan.status !== "done" ? el("span.sentence",
-      { title: scan.sentence }, scan.sentence) : scan.parent
+      { title: scan.sentence }, scan.reason) : scan.parent
       ? el("span.parent", { title: scan.parent }, scan.parent) : null;
     return el("th.scan", { scope: "row" }, el("div", {}, picture,
       el("div.words", {},

@@ -59,6 +59,17 @@ function decodeMesh(head) {
       if (!(shift < 28)) throw new Error("The view's data are damaged.");
     }
   };
+  let normals = null;
+  if (head.normals) {
+    const places = atob(head.normals);
+    normals = new Float32Array(3 * head.vertices);
+    for (let v = 0; v < head.vertices; ++v) {
+      let x = (places.charCodeAt(2 * v) - 127.5) / 127, y = (places.charCodeAt(2 * v + 1) - 127.5) / 127;
+      const z = 1 - Math.abs(x) - Math.abs(y);
+      if (z < 0) [x, y] = [(1 - Math.abs(y)) * Math.sign(x), (1 - Math.abs(x)) * Math.sign(y)];
+      normals.set([x, y, z], 3 * v);
+    }
+  }
   const positions = new Int32Array(3 * head.vertices);
   const corners = [];
   const begin = [0];
@@ -87,7 +98,7 @@ function decodeMesh(head) {
       begin.push(corners.length);
     }
   }
-  return { positions, corners, begin };
+  return { positions, corners, begin, normals };
 }
 
 /** Triangles for the graphics card: positions, normals, and which sides are edges of a face. */
@@ -95,7 +106,9 @@ function meshBuffers(mesh, quadsRule) {
   const { positions: p, corners, begin } = mesh;
   const faces = begin.length - 1;
   const area = new Float32Array(3 * faces);
-  const normal = new Float32Array(p.length);
+  // Where a reduced mesh brings the normals of what it was, they are all of its relief.
+  const given = mesh.normals !== null;
+  const normal = mesh.normals || new Float32Array(p.length);
   const crossInto = (a, b, c, out) => {
     const ux = p[b] - p[a], uy = p[b + 1] - p[a + 1], uz = p[b + 2] - p[a + 2];
     const vx = p[c] - p[a], vy = p[c + 1] - p[a + 1], vz = p[c + 2] - p[a + 2];
@@ -111,7 +124,7 @@ function meshBuffers(mesh, quadsRule) {
       for (let i = 0; i < 3; ++i) area[3 * f + i] += cross[i];
       triangles += 1;
     }
-    for (let k = begin[f]; k < begin[f + 1]; ++k) {
+    for (let k = begin[f]; k < begin[f + 1] && !given; ++k) {
       for (let i = 0; i < 3; ++i) normal[3 * corners[k] + i] += area[3 * f + i];
     }
   }
@@ -145,7 +158,7 @@ function meshBuffers(mesh, quadsRule) {
         const v = 3 * corners[begin[f] + place[c]];
         const length = Math.hypot(normal[v], normal[v + 1], normal[v + 2]) || 1;
         const agree = (normal[v] * a[0] + normal[v + 1] * a[1] + normal[v + 2] * a[2]) / length;
-        const smooth = Math.min(Math.max((agree - 0.7) / 0.2, 0), 1);
+        const smooth = given ? 1 : Math.min(Math.max((agree - 0.7) / 0.2, 0), 1);
         for (let i = 0; i < 3; ++i) {
           position[9 * t + 3 * c + i] = p[v + i];
           normals[12 * t + 4 * c + i] =
@@ -246,6 +259,7 @@ class View3d {
     });
     this.count = b.vertices;
     this.shown = faces;
+    if (this.edges !== (mesh.normals === null)) this.toggleEdges();  // a reduction's say little
     const p = mesh.positions;
     let square = 1;
     for (let i = 0; i < p.length; i += 3) {
@@ -399,7 +413,7 @@ class View3d {
       1.05 * this.radius);
     gl.uniform3f(this.at.u_middle, 0, 0, 0);
     gl.uniform2f(this.at.u_shift, this.shift[0], this.shift[1]);
-    gl.uniform1f(this.at.u_line, 0.55 * density);
+    gl.uniform1f(this.at.u_line, 0.48 * density);
     gl.uniform1f(this.at.u_edges, this.edges ? 1 : 0);
     gl.drawArrays(gl.TRIANGLES, 0, this.count);
     canvas.dataset.drawn = String(Number(canvas.dataset.drawn || 0) + 1);
