@@ -25,6 +25,7 @@ void members_of(A& a, StageRecord& r) {
   a(r.passes);
   a(r.bytes_read);
   a(r.bytes_written);
+  a(r.bytes_moved);
   a(r.resumed);
 }
 

@@ -104,7 +104,8 @@ class RemeshJob {
         clock_(
             tasks_,
             [this] {
-              return StageClock::StoreTraffic{store_.bytes_read(), store_.bytes_written()};
+              return StageClock::StoreTraffic{store_.bytes_read(), store_.bytes_written(),
+                                              store_.bytes_moved()};
             },
             report_.stages,
             [this](const StageRecord& stage) {

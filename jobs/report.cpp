@@ -111,6 +111,7 @@ nlohmann::ordered_json to_json(const RemeshReport& r) {
                            {"passes", s.passes},
                            {"bytes_read", s.bytes_read},
                            {"bytes_written", s.bytes_written},
+                           {"bytes_moved", s.bytes_moved},
                            {"resumed", s.resumed}});
   }
   j["solver"] = Json::array();

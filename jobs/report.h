@@ -21,9 +21,10 @@ struct StageRecord {
   std::string name;
   double seconds = 0.0;
   double cpu_seconds = 0.0;
-  std::uint64_t passes = 0;  ///< over the tiles of the finest level
-  std::uint64_t bytes_read = 0;
+  std::uint64_t passes = 0;      ///< over the tiles of the finest level
+  std::uint64_t bytes_read = 0;  ///< from disk
   std::uint64_t bytes_written = 0;
+  std::uint64_t bytes_moved = 0;  ///< of fields, to and from the tiles at work, cached ones too
   bool resumed = false;
 };
 

@@ -36,6 +36,7 @@ StageRecord difference(const StageRecord& now, const StageRecord& before) {
           .passes = now.passes - before.passes,
           .bytes_read = now.bytes_read - before.bytes_read,
           .bytes_written = now.bytes_written - before.bytes_written,
+          .bytes_moved = now.bytes_moved - before.bytes_moved,
           .resumed = false};
 }
 
@@ -49,6 +50,7 @@ StageRecord StageClock::totals() const {
           .passes = tasks_.passes(),
           .bytes_read = traffic.bytes_read,
           .bytes_written = traffic.bytes_written,
+          .bytes_moved = traffic.bytes_moved,
           .resumed = false};
 }
 
@@ -65,6 +67,7 @@ void StageClock::pass_over(const StageRecord& cost) {
   passed_over_.passes += cost.passes;
   passed_over_.bytes_read += cost.bytes_read;
   passed_over_.bytes_written += cost.bytes_written;
+  passed_over_.bytes_moved += cost.bytes_moved;
 }
 
 StageClock::Running::Running(StageClock& clock, std::string name)

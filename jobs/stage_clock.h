@@ -18,6 +18,7 @@ class StageClock {
   struct StoreTraffic {
     std::uint64_t bytes_read = 0;
     std::uint64_t bytes_written = 0;
+    std::uint64_t bytes_moved = 0;
   };
 
   /// `ended` is told of each record of a stage that ended without an exception; may be empty.

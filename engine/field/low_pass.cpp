@@ -166,7 +166,7 @@ void low_pass_positions(Store& store, const ScanMesh& mesh, const LowPassOptions
   const bool filter = t > 0.0;
   // The relaxation's reach has to grow with the filter's.
   const double edges = options.radius / std::max(mesh.mean_edge_length, 1e-300);
-  const int sweeps = std::clamp(static_cast<int>(std::ceil(2.0 * edges)), 3, 8);
+  const int sweeps = std::clamp(static_cast<int>(std::ceil(1.4 * edges)), 3, 8);
   // Step 0 solves S x from x into kFirstStep = y; step 1 solves z = S y, and leaves 2 y - z.
   const int passes = filter ? 2 * kPasses : 1;
   for (int pass = 0; pass < passes; ++pass) {

@@ -98,6 +98,28 @@ class FanChainer {
   std::vector<std::uint32_t> ends_;
 };
 
+// half_cotangent() at two apexes side by side, to the same bits.
+inline Eigen::Array2d half_cotangents(const Vec3f& s, const Vec3f& t, const Vec3d& p,
+                                      const Vec3d& q) {
+  using Pair = Eigen::Array2d;
+  const auto pair = [&](int c) {
+    return Pair(static_cast<double>(s[c]), static_cast<double>(t[c]));
+  };
+  const Pair ux = p.x() - pair(0);
+  const Pair uy = p.y() - pair(1);
+  const Pair uz = p.z() - pair(2);
+  const Pair vx = q.x() - pair(0);
+  const Pair vy = q.y() - pair(1);
+  const Pair vz = q.z() - pair(2);
+  const Pair cx = uy * vz - uz * vy;
+  const Pair cy = uz * vx - ux * vz;
+  const Pair cz = ux * vy - uy * vx;
+  const Pair twice_area = (cx * cx + cy * cy + cz * cz).sqrt();
+  const Pair squares = (ux * ux + uy * uy + uz * uz) + (vx * vx + vy * vy + vz * vz);
+  const Pair floor_area = 1e-6 * squares + 1e-300;
+  return 0.5 * (ux * vx + uy * vy + uz * vz) / twice_area.max(floor_area);
+}
+
 }  // namespace
 
 void FanView::load(Store& store, TileId tile) {
@@ -192,14 +214,15 @@ void fan_weights(const FanView& fans, std::span<const Vec3f> positions, EdgeEner
         weight[k] = weight[back];
       } else {
         const Vec3d a = positions[j].cast<double>();
+        const Vec3f& next = positions[neighbor[k + 1 < end ? k + 1 : begin]];
+        const Vec3f& before = positions[neighbor[k > begin ? k - 1 : end - 1]];
+        const Eigen::Array2d halves = half_cotangents(next, before, p, a);
         double w = 0.0;
         if (!open || k + 1 < end) {
-          const std::uint32_t next = neighbor[k + 1 < end ? k + 1 : begin];
-          w += half_cotangent(positions[next].cast<double>(), p, a);
+          w += halves[0];
         }
         if (!open || k > begin) {
-          const std::uint32_t before = neighbor[k > begin ? k - 1 : end - 1];
-          w += half_cotangent(positions[before].cast<double>(), p, a);
+          w += halves[1];
         }
         weight[k] = static_cast<float>(std::clamp(w, kLowestWeight, kHighestWeight));
       }

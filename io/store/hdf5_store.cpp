@@ -135,6 +135,7 @@ void Hdf5Store::write_chunk(std::string_view field, TileId tile, ChunkBytes byte
   f.changed = e.version;
   e.on_disk = false;
   cached_bytes_ += e.bytes;
+  bytes_moved_ += e.bytes;
   touch(f, tile.value, e, true);
   look_at_budget();
   shrink(lock);
@@ -153,6 +154,7 @@ ChunkBytes Hdf5Store::read_chunk(std::string_view field, TileId tile) {
       if (e->in_lru) {
         touch(f, tile.value, *e, true);
       }
+      bytes_moved_ += e->bytes;
       return e->data;
     }
     const std::uint64_t version = e->version;
@@ -183,6 +185,7 @@ ChunkBytes Hdf5Store::read_chunk(std::string_view field, TileId tile) {
     }
     lock.lock();
     bytes_read_ += bytes->size();
+    bytes_moved_ += bytes->size();
     e = const_cast<Entry*>(find(field, tile));
     if (e != nullptr && e->version == version && !e->data) {
       e->data = bytes;
@@ -443,6 +446,11 @@ std::uint64_t Hdf5Store::bytes_read() const {
 std::uint64_t Hdf5Store::bytes_written() const {
   const std::scoped_lock lock(mutex_);
   return bytes_written_;
+}
+
+std::uint64_t Hdf5Store::bytes_moved() const {
+  const std::scoped_lock lock(mutex_);
+  return bytes_moved_;
 }
 
 std::uint64_t Hdf5Store::cached_bytes() const {

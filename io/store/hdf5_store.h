@@ -110,6 +110,8 @@ class Hdf5Store final : public Store {
   /// Traffic with the disk so far.
   std::uint64_t bytes_read() const;
   std::uint64_t bytes_written() const;
+  /// Bytes of chunks read and written so far, those that the cache served included.
+  std::uint64_t bytes_moved() const;
   /// About what the files of the store take on disk, now and at most so far.
   std::uint64_t disk_bytes() const;
   std::uint64_t peak_disk_bytes() const;
@@ -200,6 +202,7 @@ class Hdf5Store final : public Store {
   std::uint64_t misses_ = 0;
   std::uint64_t bytes_read_ = 0;
   std::uint64_t bytes_written_ = 0;
+  std::uint64_t bytes_moved_ = 0;
 };
 
 }  // namespace rattan

@@ -44,7 +44,7 @@ void Admission::set_tasks(std::vector<Task> tasks) {
 
 void Admission::put_back(std::size_t task, bool alone) {
   ended(task);
-  state_[task] = State::kWaiting;
+  state_[task] = State::kAgain;
   alone_[task] = alone;
   again_.push_back(static_cast<std::uint32_t>(task));
   ++waiting_;
@@ -147,7 +147,7 @@ std::optional<Admission::Grant> Admission::next(double now) {
   while (head_ < queue_.size() && !is_waiting(queue_[head_])) {
     ++head_;
   }
-  std::erase_if(again_, [&](std::uint32_t task) { return !is_waiting(task); });
+  std::erase_if(again_, [&](std::uint32_t task) { return state_[task] != State::kAgain; });
   const bool from_queue = head_ < queue_.size();
   const std::size_t first = from_queue ? queue_[head_] : again_.front();
   Wish wanted = wish(first, now);

@@ -87,7 +87,7 @@ class Admission {
   Grant grant(std::size_t task, const Wish& wish, double now);
   bool is_waiting(std::size_t task) const { return state_[task] == State::kWaiting; }
 
-  enum class State : std::uint8_t { kWaiting, kTaken };
+  enum class State : std::uint8_t { kWaiting, kAgain, kTaken };
 
   Limits limits_;
   std::vector<Task> tasks_;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "jobs/batch/batch_item.h"
 
-#include <sys/stat.h>
-
 #include <fmt/format.h>
 
 #include "jobs/output_names.h"
@@ -14,6 +12,10 @@ FileStamp FileStamp::of(const std::string& path) {
   if (::stat(path.c_str(), &status) != 0) {
     return {};
   }
+  return of(status);
+}
+
+FileStamp FileStamp::of(const struct stat& status) {
   return {static_cast<std::uint64_t>(status.st_size),
           std::int64_t{status.st_mtim.tv_sec} * 1'000'000'000 + status.st_mtim.tv_nsec};
 }

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <sys/stat.h>
 #include <vector>
 
 #include "jobs/remesh_options.h"
@@ -19,6 +20,7 @@ struct FileStamp {
   std::int64_t time = 0;  ///< of the last change, nanoseconds since 1970
 
   static FileStamp of(const std::string& path);
+  static FileStamp of(const struct stat& status);
   bool operator==(const FileStamp&) const = default;
 };
 

@@ -185,6 +185,7 @@ class BatchRun {
     for (std::size_t i = 0; i < items_.size(); ++i) {
       Standing standing = states_.standing(i, options_);
       if (standing == Standing::kDone && !states_.outputs_there(i)) {
+        states_.set_output_missing(i);
         standing = Standing::kOutputMissing;
       }
       if (to_do(standing)) {

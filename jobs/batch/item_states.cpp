@@ -151,7 +151,7 @@ Standing ItemStates::standing(std::size_t item, const BatchRunOptions& options) 
     return Standing::kFresh;
   }
   if (s.exit == 0) {
-    return Standing::kDone;
+    return s.missing ? Standing::kOutputMissing : Standing::kDone;
   }
   if (s.exit == 4 || options.retry_failed) {
     return Standing::kRetry;

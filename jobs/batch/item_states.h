@@ -23,6 +23,8 @@ class ItemStates final : private JournalVisitor {
   void refresh() { reader_.refresh(*this); }
   /// What is ended from now on is settled: see standing().
   void begin();
+  /// Whether or not the journal says that it is done, its output isn't there.
+  void set_output_missing(std::size_t item) { states_[item].missing = true; }
   /// But not this attempt: it is to be made again.
   void expect_again(std::size_t item, int attempt);
 
@@ -52,6 +54,7 @@ class ItemStates final : private JournalVisitor {
     std::int32_t ended = 0;     ///< number of the attempt that ended last
     std::int32_t at_begin = 0;  ///< `ended` then
     std::int16_t exit = -1;
+    bool missing = false;  ///< the output, until an attempt ends
   };
   static constexpr std::uint32_t kNone = ~0U;
 

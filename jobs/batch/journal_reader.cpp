@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "jobs/batch/journal.h"
+#include "jobs/batch/name_text.h"
 
 namespace rattan {
 
@@ -104,17 +105,6 @@ Name name_of(std::string_view text) {
     }
   }
   return Name::kOther;
-}
-
-// Bytes of a name that is no UTF-8.
-std::string from_hex(std::string_view digits) {
-  std::string bytes;
-  for (std::size_t i = 0; i + 1 < digits.size(); i += 2) {
-    unsigned byte = 0;
-    std::from_chars(digits.data() + i, digits.data() + i + 2, byte, 16);
-    bytes += static_cast<char>(byte);
-  }
-  return bytes;
 }
 
 /// A record from the events of a parser, without a tree of it: a journal may have millions.

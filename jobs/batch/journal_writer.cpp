@@ -15,6 +15,7 @@
 
 #include "engine/core/errors.h"
 #include "jobs/batch/journal.h"
+#include "jobs/batch/name_text.h"
 
 namespace rattan {
 
@@ -26,40 +27,11 @@ Json text_or_null(const std::string& text) {
   return text.empty() ? Json() : Json(text);
 }
 
-bool is_utf8(std::string_view text) {
-  for (std::size_t i = 0; i < text.size();) {
-    const auto at = [&](std::size_t k) -> unsigned {
-      return k < text.size() ? static_cast<unsigned char>(text[k]) : 0U;
-    };
-    const unsigned first = at(i);
-    const std::size_t more = first < 0x80U ? 0 : first < 0xE0U ? 1 : first < 0xF0U ? 2 : 3;
-    if ((first >= 0x80U && first < 0xC2U) || first > 0xF4U) {
-      return false;
-    }
-    for (std::size_t k = 1; k <= more; ++k) {
-      if ((at(i + k) & 0xC0U) != 0x80U) {
-        return false;
-      }
-    }
-    const unsigned second = at(i + 1);
-    if ((first == 0xE0U && second < 0xA0U) || (first == 0xEDU && second > 0x9FU) ||
-        (first == 0xF0U && second < 0x90U) || (first == 0xF4U && second > 0x8FU)) {
-      return false;
-    }
-    i += more + 1;
-  }
-  return true;
-}
-
 // Names of files are any bytes, a text of JSON is not: others are kept in hexadecimal digits too.
 void put_name(Json& record, const char* name, const std::string& text) {
   record[name] = text;
   if (!is_utf8(text)) {
-    std::string digits;
-    for (const char c : text) {
-      digits += fmt::format("{:02x}", static_cast<unsigned char>(c));
-    }
-    record[std::string(name) + "_hex"] = digits;
+    record[std::string(name) + "_hex"] = to_hex(text);
   }
 }
 

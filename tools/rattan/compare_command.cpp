@@ -100,14 +100,15 @@ int run(const Arguments& args) {
 void add_compare_command(CLI::App& app, Action& action) {
   auto args = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand(
-      "compare", "Measure a mesh: quality, topology, and distances to and from a scan.");
+      "compare", "Measure a mesh: quality, topology, distances to and from a scan.");
   command
       ->add_option("remesh", args->options.remesh,
                    "mesh to judge: .drc, .obj, .ply, .off or a scan")
       ->required();
   command->add_option("scan", args->options.scan, "surface to compare with: any scan or .drc")
       ->required();
-  command->add_option("--json", args->json, "write the figures as JSON; - for standard output");
+  command->add_option("--json", args->json, "write the figures as JSON; - for standard output")
+      ->type_name("FILE");
   command
       ->add_option("--samples", args->options.samples,
                    "points spread over each surface, beside all vertices")
@@ -117,11 +118,13 @@ void add_compare_command(CLI::App& app, Action& action) {
       ->add_option("--memory", args->options.memory,
                    "budget of the caches, e.g. 2GiB; default from the machine")
       ->transform(CLI::AsSizeValue(false));
-  command->add_option("--threads", args->options.threads, "0 for all processors")
+  command->add_option("--threads", args->options.threads, "threads at work, 0 for one a processor")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
-  command->add_option("--work-dir", args->options.work_dir,
-                      "folder of intermediate data; default in the temporary folder");
+  command
+      ->add_option("--work-dir", args->options.work_dir,
+                   "folder of intermediate data; default in the temporary folder")
+      ->type_name("DIR");
   command->add_flag("--quiet", args->quiet, "print nothing but errors");
   command->callback([args, &action] { action = [args] { return run(*args); }; });
 }

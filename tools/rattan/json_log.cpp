@@ -104,6 +104,7 @@ void JsonLog::stage_ended(const StageRecord& stage) {
   line["passes"] = stage.passes;
   line["bytes_read"] = stage.bytes_read;
   line["bytes_written"] = stage.bytes_written;
+  line["bytes_moved"] = stage.bytes_moved;
   line["resumed"] = stage.resumed;
   line["vertices"] = read_.vertices;
   line["triangles"] = read_.triangles;

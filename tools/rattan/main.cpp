@@ -7,11 +7,26 @@
 #include <CLI/CLI.hpp>
 
 #include "jobs/version.h"
+#include "tools/manual/manual.h"
 #include "tools/rattan/commands.h"
 #include "tools/rattan/exit_code.h"
+#include "tools/rattan/licences.h"
 
 namespace rattan {
 namespace {
+
+/// For the manual page: what is done, and how.
+constexpr const char* kExamples =
+    "One scan, 20,000 faces, with a report and a picture:\n"
+    "rattan remesh bust.ply -o bust.drc --faces 20k --report bust.json --preview bust.png\n"
+    "Several sizes from one reading of the scan:\n"
+    "rattan remesh bust.ply -o bust.drc --faces 50k,10k,2500\n"
+    "A scan larger than memory: what it would take, and the run:\n"
+    "rattan remesh city.ply -o city.drc --faces 2M --memory 4GiB --dry-run\n"
+    "The same without --dry-run, resumed by the same command if it is stopped:\n"
+    "rattan remesh city.ply -o city.drc --faces 2M --memory 4GiB\n"
+    "How far a remesh lies from its scan:\n"
+    "rattan compare bust.drc bust.ply";
 
 /// Of a command line that may be wrong further on; empty where none was understood.
 std::string scan_of(const CLI::App& app) {
@@ -25,17 +40,22 @@ std::string scan_of(const CLI::App& app) {
 }
 
 int parse_and_run(int argc, char** argv, JsonLog* log) {
-  CLI::App app{
-      "Rattan converts triangle scans into curvature-aligned quad-dominant meshes.\n"
-      "Exit codes: 0 done; 2 usage; 3 the input cannot be used; 4 memory or disk ran out;\n"
-      "75 interrupted, run again to resume; 1 a defect in Rattan."};
+  CLI::App app{"Rattan converts triangle scans into curvature-aligned quad-dominant meshes."};
   app.name("rattan");
-  app.set_version_flag("--version", std::string("rattan ") + version());
+  app.footer(
+      "Exit codes: 0 done; 2 usage; 3 the input cannot be used; 4 memory or disk ran out; "
+      "75 interrupted, run again to resume; 1 a defect in Rattan.");
+  add_help(app, version(), kExamples);
+  app.set_version_flag("--version", std::string("rattan ") + version(), "print the version");
+  app.add_flag_callback(
+         "--licenses", [] { throw CLI::CallForVersion(describe_licences(), 0); },
+         "print the licences of Rattan and of the libraries in it")
+      ->group("Help");
   app.require_subcommand(1);
-  app.get_formatter()->column_width(34);
 
   Action action;
   add_remesh_command(app, action, log);
+  add_batch_command(app, action, log);
   add_compare_command(app, action);
   add_render_command(app, action);
   add_info_command(app, action);

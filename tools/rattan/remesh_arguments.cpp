@@ -10,6 +10,7 @@
 
 #include "engine/core/errors.h"
 #include "jobs/size_list.h"
+#include "tools/manual/option_table.h"
 
 namespace rattan {
 
@@ -24,13 +25,14 @@ void add_size_options(CLI::App& app, RemeshArguments& args) {
       app.add_option("--edge-length", args.edge_length, "quad side, in the file's units");
   CLI::Option* ratio = app.add_option("--ratio", args.ratio,
                                       "faces per triangle of the repaired scan; default 0.05");
-  faces->excludes(edge)->excludes(ratio)->group("Size");
-  edge->excludes(ratio)->group("Size");
-  ratio->group("Size");
+  faces->excludes(edge)->excludes(ratio)->type_name("N")->group("Size");
+  edge->excludes(ratio)->type_name("LENGTH")->group("Size");
+  ratio->type_name("R")->group("Size");
   app.add_option("--density", args.options.density,
                  "iso-lines per period, 1 to 16; default 1, or 4 with --pure-quads")
       ->check(CLI::Range(1, 16))
-      ->group("Size");
+      ->type_name("M")
+      ->group(more("Size"));
 }
 
 void add_input_options(CLI::App& app, RemeshArguments& args) {
@@ -41,8 +43,10 @@ void add_input_options(CLI::App& app, RemeshArguments& args) {
       ->group("Scan");
   app.add_option("--drop-components", o.drop_components,
                  "drop components of fewer triangles than this")
+      ->type_name("N")
       ->group("Scan");
   app.add_option("--fill-holes", o.fill_holes, "fill holes whose outline has at most so many edges")
+      ->type_name("N")
       ->group("Scan");
 }
 
@@ -51,35 +55,42 @@ void add_method_options(CLI::App& app, RemeshArguments& args) {
   app.add_option("--field", o.field,
                  "directions to follow instead of the curvature: a text file with a line \"x y z\" "
                  "or \"x y z fidelity\" for each vertex of the scan file")
-      ->group("Method");
+      ->type_name("FILE")
+      ->group(more("Method"));
   app.add_option("--symmetry", o.symmetry, "field modulo 2 pi / N")
       ->check(CLI::IsMember({1, 2, 4}))
       ->default_str("4")
-      ->group("Method");
+      ->type_name("1|2|4")
+      ->group(more("Method"));
   app.add_option("--smoothing", args.smoothing,
                  "rho in (0, 1), larger is smoother; default from the quad size")
       ->check(CLI::Range(1e-6, 1.0 - 1e-9))
-      ->group("Method");
+      ->type_name("RHO")
+      ->group(more("Method"));
   app.add_flag("--curl-correction", o.curl_correction,
                "rescale the field in full: fewest singularities, uneven quads")
-      ->group("Method");
+      ->group(more("Method"));
   app.add_option("--crease", args.crease,
                  "edges that turn by DEGREES or more are sharp features, 5 to 179, or off")
       ->check(CLI::Range(5.0, 179.0) | CLI::IsMember({"off"}))
       ->default_str("35")
+      ->type_name("DEGREES")
       ->group("Method");
-  app.add_option("--energy", o.energy, "edge or triangle (default)")
+  app.add_option("--energy", o.energy, "what curvature is measured by; default triangle")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, Energy>{{"edge", Energy::kEdge}, {"triangle", Energy::kTriangle}}))
-      ->group("Method");
-  app.add_option("--solver", o.solver, "nested (default), or reference: the paper's, small scans")
+      ->type_name("edge|triangle")
+      ->group(more("Method"));
+  app.add_option("--solver", o.solver, "default nested; reference is the paper's, small scans")
       ->transform(CLI::CheckedTransformer(std::map<std::string, SolverKind>{
           {"nested", SolverKind::kNested}, {"reference", SolverKind::kReference}}))
-      ->group("Method");
+      ->type_name("nested|reference")
+      ->group(more("Method"));
   app.add_option("--newton-steps", o.newton_steps, "Newton-CG steps that finish the nested solve")
       ->check(CLI::Range(0, 1000))
       ->default_str("0")
-      ->group("Method");
+      ->type_name("N")
+      ->group(more("Method"));
 }
 
 void add_output_options(CLI::App& app, RemeshArguments& args) {
@@ -88,7 +99,8 @@ void add_output_options(CLI::App& app, RemeshArguments& args) {
   app.add_option("--position-bits", o.position_bits, "bits per coordinate in a .drc, 0 for auto")
       ->check(CLI::Range(0, 30))
       ->default_str("0")
-      ->group("Output");
+      ->type_name("BITS")
+      ->group(more("Output"));
 }
 
 bool is_flag(const CLI::Option& option) {
@@ -161,16 +173,20 @@ void add_run_options(CLI::App& app, RemeshArguments& args) {
   app.add_option("--memory", o.memory,
                  "most memory that the process may fill, e.g. 2GiB; default from the machine")
       ->transform(CLI::AsSizeValue(false))
+      ->type_name("SIZE")
       ->group("Run");
-  app.add_option("--threads", o.threads, "0 for all processors")
+  app.add_option("--threads", o.threads, "threads at work, 0 for one a processor")
       ->check(CLI::Range(0, 4096))
       ->default_str("0")
+      ->type_name("N")
       ->group("Run");
   app.add_option("--work-dir", o.work_dir, "folder of intermediate data; default OUT.work")
+      ->type_name("DIR")
       ->group("Run");
   app.add_flag("--keep-work", o.keep_work, "leave the intermediate data for inspection")
-      ->group("Run");
+      ->group(more("Run"));
   app.add_option("--preview", o.preview, "write a PNG: scan, field, iso-lines, remesh")
+      ->type_name("FILE")
       ->group("Run");
 }
 

@@ -34,7 +34,7 @@ void add_process_options(CLI::App& command, Arguments& args) {
   command
       .add_flag("--dry-run", args.dry_run, "read the scan, print what the run would take, and stop")
       ->group("Run");
-  command.add_option("--report", o.report, "write a JSON report")->group("Run");
+  command.add_option("--report", o.report, "write a JSON report")->type_name("FILE")->group("Run");
   add_log_format_option(command);
   // For the report of a batch, so not on the help screen.
   command.add_option("--thumbnail", o.thumbnail, "write a small PNG of the remesh")->group("");
@@ -131,6 +131,7 @@ void add_remesh_command(CLI::App& app, Action& action, JsonLog* log) {
                    "remesh to write: .drc, .obj, .ply or .off; for several sizes {faces}, {size} "
                    "or {n} in it "
                    "stand for the size and its place in the list")
+      ->type_name("OUT")
       ->required();
   add_scan_options(*command, args->remesh);
   add_run_options(*command, args->remesh);

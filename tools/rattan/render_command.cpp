@@ -85,22 +85,25 @@ int run(Arguments& args) {
 void add_render_command(CLI::App& app, Action& action) {
   auto args = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand(
-      "render", "Draw a mesh, a scan, or every step of a kept work directory as a PNG.");
+      "render", "Draw a mesh, a scan, or the steps of a kept work directory (PNG).");
   command->add_option("path", args->options.path, "mesh or scan file, or a work directory")
       ->required();
-  command->add_option("-o,--output", args->options.output, "PNG to write")->required();
+  command->add_option("-o,--output", args->options.output, "PNG to write")
+      ->type_name("FILE")
+      ->required();
   command
       ->add_option("--size", args->size,
                    "pixels, W or WxH; of a work directory's picture those of one panel at most")
+      ->type_name("WxH")
       ->capture_default_str();
-  command->add_option("--view", args->view,
-                      "front, back, left, right, top, bottom, or AZIMUTH,ELEVATION in degrees; "
-                      "default three-quarter from the front");
-  command->add_option("--up", args->up, "x, y or z; default guessed from the shape")
-      ->check(CLI::IsMember({"x", "y", "z"}));
   command
-      ->add_option("--edges", args->options.edges,
-                   "fit (default): where there is room for them; always, never")
+      ->add_option("--view", args->view,
+                   "front, back, left, right, top, bottom, or AZIMUTH,ELEVATION in degrees; "
+                   "default three-quarter from the front")
+      ->type_name("VIEW");
+  command->add_option("--up", args->up, "axis that points up; default guessed from the shape")
+      ->check(CLI::IsMember({"x", "y", "z"}));
+  command->add_option("--edges", args->options.edges, "default fit: where there is room for them")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, EdgeDrawing>{{"fit", EdgeDrawing::kFit},
                                              {"always", EdgeDrawing::kAlways},

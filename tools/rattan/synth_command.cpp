@@ -15,8 +15,10 @@ void add_synth_command(CLI::App& app, Action& action) {
   };
   auto args = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand(
-      "synth", "Write a reproducible scan-like surface of any size (binary PLY, streamed).");
-  command->add_option("-o,--output", args->output, "PLY file to write")->required();
+      "synth", "Write a scan-like surface of any size, reproducibly (binary PLY).");
+  command->add_option("-o,--output", args->output, "PLY file to write")
+      ->type_name("FILE")
+      ->required();
   command->add_option("--triangles", args->options.triangles, "triangles wanted, met within 1 %")
       ->required()
       ->check(CLI::Range(std::uint64_t{12}, std::uint64_t{4000000000}));

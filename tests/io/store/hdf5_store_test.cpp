@@ -64,6 +64,7 @@ TEST_F(Hdf5StoreTest, ALargeCacheNeverTouchesTheDisk) {
     EXPECT_FALSE(store.has_checkpoint());
     EXPECT_EQ(store.cached_bytes(), 10000U);
     EXPECT_EQ(store.bytes_written(), 0U);
+    EXPECT_EQ(store.bytes_moved(), 11000U);
   }
   EXPECT_FALSE(fs::exists(base_ / "work"));
 }
@@ -94,6 +95,7 @@ TEST_F(Hdf5StoreTest, ATinyCacheGivesTheSameData) {
     }
     EXPECT_GT(store.bytes_read(), 0U);
     EXPECT_GT(store.bytes_written(), 0U);
+    EXPECT_GE(store.bytes_moved(), store.bytes_read());
     EXPECT_TRUE(fs::exists(file("a.1.h5.partial")));
     EXPECT_GT(store.peak_disk_bytes(), 10000U);
   }
