@@ -210,11 +210,15 @@ ReportedScan reported(const std::string& directory, const Journal& journal,
 /// of.
 std::uint64_t unlisted(const Journal& journal) {
   std::uint64_t total = 0;
+  std::uint64_t of_parts = 0;
   for (const BatchRecord& record : journal.batches()) {
     if (record.action == "submit" || (record.action == "begin" && record.shard == 0)) {
       total = std::max(record.total, record.items);
+    } else if (record.action == "begin") {
+      of_parts = std::max(record.total, record.items);
     }
   }
+  total = total > 0 ? total : of_parts;
   return total > journal.scans().size() ? total - journal.scans().size() : 0;
 }
 

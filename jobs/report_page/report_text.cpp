@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/core/errors.h"
+#include "jobs/batch/name_text.h"
 #include "jobs/report_page/page_assets.h"
 #include "jobs/version.h"
 
@@ -235,36 +236,6 @@ void write_data(const BatchReport& report, const TextSink& sink) {
 }
 
 }  // namespace
-
-bool is_utf8(std::string_view text) {
-  for (std::size_t i = 0; i < text.size();) {
-    const auto byte = [&](std::size_t k) {
-      return k < text.size() ? static_cast<unsigned char>(text[k]) : 0U;
-    };
-    const unsigned first = byte(i);
-    const std::size_t more = first < 0x80U                     ? 0
-                             : first >= 0xc2U && first < 0xe0U ? 1
-                             : first >= 0xe0U && first < 0xf0U ? 2
-                             : first >= 0xf0U && first < 0xf5U ? 3
-                                                               : 4;
-    if (more == 4) {
-      return false;
-    }
-    for (std::size_t k = 1; k <= more; ++k) {
-      if ((byte(i + k) & 0xc0U) != 0x80U) {
-        return false;
-      }
-    }
-    // Overlong forms, surrogates, and beyond the last code point.
-    const unsigned second = byte(i + 1);
-    if ((first == 0xe0U && second < 0xa0U) || (first == 0xedU && second >= 0xa0U) ||
-        (first == 0xf0U && second < 0x90U) || (first == 0xf4U && second >= 0x90U)) {
-      return false;
-    }
-    i += more + 1;
-  }
-  return true;
-}
 
 std::string link_to(std::string_view path) {
   std::string link;

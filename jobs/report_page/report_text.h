@@ -24,7 +24,4 @@ void write_report_html(const BatchReport& report, const TextSink& sink);
 /// %XX, so also what isn't UTF-8.
 std::string link_to(std::string_view path);
 
-/// Whether the bytes are UTF-8.
-bool is_utf8(std::string_view text);
-
 }  // namespace rattan

@@ -45,7 +45,7 @@ const scans = data.rows.map((row, place) => {
 
 // key: what it is called in the filter and of the scan's figure; width in pixels.
 const columns = [
-  { key: "name", title: "Scan", width: 252, text: (s) => s.id, sort: (s) => s.id.toLowerCase(),
+  { key: "name", title: "Scan", width: 234, text: (s) => s.id, sort: (s) => s.id.toLowerCase(),
     about: "Output below the batch's folder" },
   { key: "status", title: "Status", width: 94, text: (s) => kStatusWords[s.status],
     sort: (s) => kStatusOrder.indexOf(s.status), about: "What became of it" },
