@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <charconv>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <sched.h>
+#include <span>
 #include <string>
 #include <string_view>
 #include <unistd.h>
@@ -20,6 +22,7 @@
 #include "jobs/batch/metrics.h"
 #include "jobs/batch/shards.h"
 #include "jobs/memory_share.h"
+#include "jobs/report_page/report_page.h"
 #include "tools/rattan/batch_console.h"
 #include "tools/rattan/batch_json_log.h"
 #include "tools/rattan/batch_selection.h"
@@ -38,6 +41,7 @@ struct Arguments {
   std::string shard;
   std::string status;
   std::string metrics;
+  std::string report;
   bool no_report = false;
   bool dry_run = false;
   bool json = false;
@@ -90,6 +94,10 @@ void add_look_options(CLI::App& app, Arguments& args) {
       app.add_option("--status", args.status, "say how the batch in DIR stands, and stop")
           ->type_name("DIR")
           ->group("Look");
+  app.add_option("--report", args.report, "write report.html and report.json of DIR, and stop")
+      ->type_name("DIR")
+      ->excludes(status)
+      ->group("Look");
   app.add_flag("--json", args.json, "the status as JSON")->needs(status)->group("Look");
 }
 
@@ -155,8 +163,31 @@ int write_selection(const std::vector<BatchItem>& items, const std::string& file
   return kExitDone;
 }
 
+// Where the page is, for people.
+void report(const std::string& directory, std::span<const BatchItem> items, bool quiet) {
+  const ReportTotals totals = write_batch_report(directory, items);
+  if (!quiet) {
+    fmt::print("{}: {} of {} scan{} done\n",
+               (std::filesystem::path(directory) / "report.html").string(),
+               totals.with(ScanStatus::kDone), totals.scans, totals.scans == 1 ? "" : "s");
+  }
+}
+
+int run_and_report(const std::vector<BatchItem>& items, const Arguments& args, bool quiet) {
+  const int exit = run_batch(items, args.run);
+  if (!args.no_report) {
+    // A part of the batch doesn't know what else is pending; the journal knows how much.
+    report(args.run.directory, args.run.shards > 0 ? std::span<const BatchItem>() : items, quiet);
+  }
+  return exit;
+}
+
 int run(Arguments& args, JsonLog* log) {
   const BatchSelection& selection = args.selection;
+  if (!args.report.empty()) {
+    report(args.report, {}, args.quiet || log != nullptr);
+    return kExitDone;
+  }
   if (!args.status.empty()) {
     const BatchStatus status = read_batch_status(args.status);
     if (args.json) {
@@ -210,13 +241,13 @@ int run(Arguments& args, JsonLog* log) {
   if (log != nullptr) {
     BatchJsonLog events(*log, selection.directory, args.quiet);
     args.run.observers.push_back(&events);
-    return run_batch(items, args.run);
+    return run_and_report(items, args, true);
   }
   BatchConsole console(args.quiet     ? Verbosity::kQuiet
                        : args.verbose ? Verbosity::kVerbose
                                       : Verbosity::kNormal);
   args.run.observers.push_back(&console);
-  return run_batch(items, args.run);
+  return run_and_report(items, args, args.quiet);
 }
 
 }  // namespace
