@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <sched.h>
 #include <span>
 #include <string>
@@ -18,10 +19,12 @@
 #include "jobs/batch/batch_run.h"
 #include "jobs/batch/batch_status.h"
 #include "jobs/batch/manifest.h"
+#include "jobs/batch/metrics.h"
 #include "jobs/batch/shards.h"
 #include "jobs/memory_share.h"
 #include "jobs/report_page/report_page.h"
 #include "tools/rattan/batch_console.h"
+#include "tools/rattan/batch_json_log.h"
 #include "tools/rattan/batch_selection.h"
 #include "tools/rattan/batch_table.h"
 #include "tools/rattan/commands.h"
@@ -37,6 +40,7 @@ struct Arguments {
   std::string write_manifest;
   std::string shard;
   std::string status;
+  std::string metrics;
   std::string report;
   bool no_report = false;
   bool dry_run = false;
@@ -77,6 +81,9 @@ void add_batch_options(CLI::App& app, Arguments& args) {
   app.add_flag("--dry-run", args.dry_run, "print what would be done and what it takes, and stop")
       ->group("Run");
   app.add_flag("--no-report", args.no_report, "no report.html, thumbnails and 3D views")
+      ->group("Run");
+  app.add_option("--metrics", args.metrics, "keep figures for Prometheus in a text file")
+      ->type_name("FILE")
       ->group("Run");
   auto* quiet = app.add_flag("--quiet", args.quiet, "only warnings and errors")->group("Run");
   app.add_flag("--verbose", args.verbose, "a line for every scan")->excludes(quiet)->group("Run");
@@ -222,13 +229,24 @@ int run(Arguments& args, JsonLog* log) {
   if (args.dry_run) {
     return dry_run(items, args.run);
   }
+  std::optional<BatchMetrics> metrics;
+  if (!args.metrics.empty()) {
+    BatchMetrics::Labels labels = {{"directory", selection.directory}};
+    if (shard.parts > 0) {
+      labels.emplace_back("shard", args.shard);
+    }
+    metrics.emplace(args.metrics, std::move(labels));
+    args.run.observers.push_back(&*metrics);
+  }
   if (log != nullptr) {
+    BatchJsonLog events(*log, selection.directory, args.quiet);
+    args.run.observers.push_back(&events);
     return run_and_report(items, args, true);
   }
   BatchConsole console(args.quiet     ? Verbosity::kQuiet
                        : args.verbose ? Verbosity::kVerbose
                                       : Verbosity::kNormal);
-  args.run.observers = {&console};
+  args.run.observers.push_back(&console);
   return run_and_report(items, args, args.quiet);
 }
 
@@ -242,7 +260,15 @@ void add_batch_command(CLI::App& app, Action& action, JsonLog* log) {
   add_batch_options(*command, *args);
   add_look_options(*command, *args);
   add_log_format_option(*command);
-  command->callback([args, log, &action] { action = [args, log] { return run(*args, log); }; });
+  command->callback([args, log, &action] {
+    action = [args, log] {
+      const int exit = run(*args, log);
+      if (log != nullptr) {
+        log->end(exit);
+      }
+      return exit;
+    };
+  });
 }
 
 }  // namespace rattan

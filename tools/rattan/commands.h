@@ -17,6 +17,7 @@ using Action = std::function<int()>;
 /// `log`: where all is told instead of the console; may be null.
 void add_remesh_command(CLI::App& app, Action& action, JsonLog* log);
 void add_batch_command(CLI::App& app, Action& action, JsonLog* log);
+void add_slurm_command(CLI::App& app, Action& action);
 void add_synth_command(CLI::App& app, Action& action);
 void add_compare_command(CLI::App& app, Action& action);
 void add_render_command(CLI::App& app, Action& action);
