@@ -122,7 +122,7 @@ inline __m128d half_cotangents(const Vec3f& s, const Vec3f& t, const Vec3d& p, c
   const __m128d twice_area = _mm_sqrt_pd(cx * cx + (cy * cy + cz * cz));
   const __m128d squares = (ux * ux + (uy * uy + uz * uz)) + (vx * vx + (vy * vy + vz * vz));
   const __m128d floor_area = _mm_set1_pd(1e-6) * squares + _mm_set1_pd(1e-300);
-  return _mm_set1_pd(0.5) * (ux * vx + (uy * vy + uz * vz)) / _mm_max_pd(floor_area, twice_area);
+  return _mm_set1_pd(0.5) * (ux * vx + (uy * vy + uz * vz)) / _mm_max_pd(twice_area, floor_area);
 }
 
 }  // namespace

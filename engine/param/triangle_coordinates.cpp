@@ -17,8 +17,10 @@ constexpr double kTurn = 2.0 * exact::kPi;
 constexpr double kMostPeriods = 1 << 20;
 
 std::int32_t nearest_period(double difference) {
-  const double periods = std::floor(difference / kTurn + 0.5);
-  return static_cast<std::int32_t>(std::clamp(periods, -kMostPeriods, kMostPeriods));
+  // floor() without its call.
+  const double periods = std::clamp(difference / kTurn + 0.5, -kMostPeriods, kMostPeriods);
+  const auto toward_zero = static_cast<std::int32_t>(periods);
+  return toward_zero - (static_cast<double>(toward_zero) > periods ? 1 : 0);
 }
 
 /// Fills edges, edge_begin and side_edge.
