@@ -31,6 +31,9 @@ std::string item_key(const RemeshOptions& options) {
     const FileStamp field = FileStamp::of(options.field);
     key += fmt::format(" field={}@{}", field.bytes, field.time);
   }
+  if (!options.preview.empty()) {
+    key += " preview";
+  }
   return key;
 }
 

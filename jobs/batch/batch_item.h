@@ -50,8 +50,8 @@ struct BatchItem {
   double cost = 0.0;
 };
 
-/// The key of an item: the options that decide the bytes, for each size, and the stamp of the file
-/// of directions. Says nothing of where files lie.
+/// The key of an item: the options that decide the bytes, for each size, the stamp of the file of
+/// directions, and whether there is to be a preview. Says nothing of where files lie.
 std::string item_key(const RemeshOptions& options);
 
 /// Paths of the outputs below the batch's folder, one a size.

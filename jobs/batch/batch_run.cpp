@@ -50,6 +50,8 @@ constexpr double kPatience = 9.3;    ///< of the ten that are promised for stopp
 constexpr double kLastPatience = 1.0;
 /// Attempts of one run at a scan whose child was asked to stop by somebody else.
 constexpr int kMostInterruptions = 3;
+/// Claims that are kept until the journal is on the disk: each has a thread.
+constexpr std::size_t kMostReleased = 16;
 /// What this process grows by at most while it runs.
 constexpr std::uint64_t kGrowth = std::uint64_t{12} << 20;
 
@@ -127,7 +129,7 @@ class BatchRun {
       : items_(items),
         options_(options),
         states_(items_, options_.directory),
-        journal_(options_.directory),
+        journal_(options_.directory, JournalWriter::Sync::kByHand),
         started_(now()),
         host_(this_host()),
         slurm_(slurm_task()),
@@ -256,6 +258,7 @@ class BatchRun {
     record.cpu_seconds = cpu_seconds_of(RUSAGE_SELF) + cpu_seconds_of(RUSAGE_CHILDREN);
     record.exit = exit;
     journal_.append(record);
+    settle();
     tell([&](BatchObserver& o) { o.finished(state_, exit); });
     return exit;
   }
@@ -267,6 +270,7 @@ class BatchRun {
       if (!stopping()) {
         start_what_fits();
       }
+      settle();
       if (children_.empty() && (stopping() || (admission_->waiting() == 0 && deferred_.empty()))) {
         return;
       }
@@ -290,6 +294,13 @@ class BatchRun {
     }
   }
 
+  // Records reach the disk, and only then others may have what ended: all of this after the next
+  // children were started, so that nobody waits for it.
+  void settle() {
+    journal_.sync();
+    released_.clear();
+  }
+
   void start_what_fits() {
     const double t = now();
     if (!deferred_.empty() && t >= look_again_at_) {
@@ -301,6 +312,9 @@ class BatchRun {
     while (auto grant = admission_->next(now())) {
       if (!start(*grant)) {
         return;
+      }
+      if (released_.size() >= kMostReleased) {
+        settle();
       }
       // A request to stop may have come while many were passed over.
       if (pending_signal()) {
@@ -361,6 +375,10 @@ class BatchRun {
       return true;
     }
     std::unique_ptr<Claim> claim = Claim::take(options_.directory, item.id);
+    if (!claim && !released_.empty()) {  // it may be our own
+      settle();
+      claim = Claim::take(options_.directory, item.id);
+    }
     const ItemFiles files(item, options_);
     if (!claim || work_in_use(files.work)) {
       defer(grant.task);
@@ -577,7 +595,7 @@ class BatchRun {
     Attempt& a = child.attempt;
     if (a.exit == kDone) {
       ::unlink(files.log.c_str());
-    } else {
+    } else if (a.exit != kInterrupted) {
       write_log(child, files);
     }
     EndRecord r;
@@ -596,7 +614,7 @@ class BatchRun {
     r.adopted = a.adopted;
     journal_.append(r);
     const bool again = retry(child);
-    child.claim.reset();
+    released_.push_back(std::move(child.claim));
     if (!again) {
       count(child);
     }
@@ -764,7 +782,8 @@ class BatchRun {
   std::uint64_t memory_ = 0;
   std::uint64_t own_memory_ = 0;
   std::vector<Child> children_;
-  std::vector<std::uint32_t> deferred_;  ///< tasks that other processes have
+  std::vector<std::unique_ptr<Claim>> released_;  ///< of what ended, until that is on the disk
+  std::vector<std::uint32_t> deferred_;           ///< tasks that other processes have
   BatchState state_;
   int exit_ = kDone;
   double foreseen_ = 0.0;

@@ -79,11 +79,13 @@ struct BatchRecord {
   int exit = 0;              ///< at the end
 };
 
-/// Appends to a file of its own, made with the first record. A record is on the disk when append
-/// returns. Not for threads.
+/// Appends to a file of its own, made with the first record. Not for threads.
 class JournalWriter {
  public:
-  explicit JournalWriter(const std::string& directory);
+  enum class Sync { kEach, kByHand };
+  /// With kEach a record is on the disk when append returns, otherwise when sync() does; processes
+  /// of this machine see it at once.
+  explicit JournalWriter(const std::string& directory, Sync when = Sync::kEach);
   ~JournalWriter();
   JournalWriter(const JournalWriter&) = delete;
   JournalWriter& operator=(const JournalWriter&) = delete;
@@ -92,11 +94,15 @@ class JournalWriter {
   void append(const StartRecord& record);
   void append(const EndRecord& record);
   void append(const BatchRecord& record);
+  void sync();
 
  private:
   void write(std::string line);
+  [[noreturn]] void fail(const char* doing) const;
 
   std::string path_;
+  Sync when_;
+  bool dirty_ = false;
   int fd_ = -1;
   bool torn_ = false;  ///< the last write was cut off
 };

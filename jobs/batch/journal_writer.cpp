@@ -60,7 +60,8 @@ std::string slurm_task() {
   return job == nullptr ? "" : job;
 }
 
-JournalWriter::JournalWriter(const std::string& directory) : path_(directory) {}
+JournalWriter::JournalWriter(const std::string& directory, Sync when)
+    : path_(directory), when_(when) {}
 
 JournalWriter::~JournalWriter() {
   if (fd_ >= 0) {
@@ -68,25 +69,23 @@ JournalWriter::~JournalWriter() {
   }
 }
 
+void JournalWriter::fail(const char* doing) const {
+  throw ResourceError(fmt::format(
+      "{}: the journal of the batch cannot be {} ({}). Make room there or choose another folder.",
+      path_, doing, std::strerror(errno)));
+}
+
 void JournalWriter::write(std::string line) {
-  const auto fail = [&](const char* doing) {
-    throw ResourceError(fmt::format(
-        "{}: the journal of the batch cannot be {} ({}). Make room there or choose another folder.",
-        path_, doing, std::strerror(errno)));
-  };
   if (fd_ < 0) {
     const std::filesystem::path folder = std::filesystem::path(path_) / ".rattan" / "journal";
     std::error_code error;
     std::filesystem::create_directories(folder, error);
-    const std::string file =
-        (folder / fmt::format("{}-{}-{:.6f}.jsonl", this_host(), ::getpid(), unix_seconds()))
-            .string();
-    fd_ = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0666);
+    path_ = (folder / fmt::format("{}-{}-{:.6f}.jsonl", this_host(), ::getpid(), unix_seconds()))
+                .string();
+    fd_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0666);
     if (fd_ < 0) {
-      path_ = file;
       fail("created");
     }
-    path_ = file;
   }
   if (torn_) {
     line.insert(line.begin(), '\n');
@@ -104,9 +103,17 @@ void JournalWriter::write(std::string line) {
     done += static_cast<std::size_t>(put);
   }
   torn_ = false;
-  if (::fdatasync(fd_) != 0) {
+  dirty_ = true;
+  if (when_ == Sync::kEach) {
+    sync();
+  }
+}
+
+void JournalWriter::sync() {
+  if (dirty_ && ::fdatasync(fd_) != 0) {
     fail("synced");
   }
+  dirty_ = false;
 }
 
 void JournalWriter::append(const StartRecord& r) {

@@ -20,8 +20,9 @@ if(NOT TARGET rattan::hdf5)
     PATH_SUFFIXES hdf5/serial REQUIRED)
   find_library(RATTAN_SZIP_LIBRARY NAMES sz REQUIRED)
   mark_as_advanced(RATTAN_HDF5_INCLUDE RATTAN_HDF5_LIBRARY RATTAN_SZIP_LIBRARY)
-  add_library(rattan::hdf5 INTERFACE IMPORTED)
+  # A library with a place, not a mere interface: so what it needs comes behind it for the linker.
+  add_library(rattan::hdf5 UNKNOWN IMPORTED)
+  set_target_properties(rattan::hdf5 PROPERTIES IMPORTED_LOCATION ${RATTAN_HDF5_LIBRARY})
   target_include_directories(rattan::hdf5 INTERFACE ${RATTAN_HDF5_INCLUDE})
-  target_link_libraries(rattan::hdf5 INTERFACE ${RATTAN_HDF5_LIBRARY} ${RATTAN_SZIP_LIBRARY}
-    ZLIB::ZLIB ${CMAKE_DL_LIBS} m)
+  target_link_libraries(rattan::hdf5 INTERFACE ${RATTAN_SZIP_LIBRARY} ZLIB::ZLIB ${CMAKE_DL_LIBS} m)
 endif()

@@ -20,8 +20,9 @@ TEST(BatchItem, KeyFollowsWhatDecidesTheBytes) {
   other.memory = std::uint64_t{1} << 30;
   other.work_dir = "/scratch";
   other.keep_work = true;
-  other.preview = "/a.png";
   EXPECT_EQ(item_key(other), item_key(usual));
+  other.preview = "/a.png";  // nobody has made that
+  EXPECT_NE(item_key(other), item_key(usual));
 
   other = usual;
   other.density = 1;  // what it would be anyway
