@@ -322,6 +322,8 @@ class RemeshJob {
     report_.output.min_scaled_jacobian = q.min_scaled_jacobian;
     report_.output.mean_corner_deviation = q.mean_corner_deviation;
     report_.output.edge_length_variation = q.edge_length_variation;
+    report_.output.stretch = q.stretch;
+    report_.output.shear = q.shear;
     if (options_.pure_quads) {
       ensure(q.triangles == 0, "a mesh of pure quads has no triangles");
       if (q.bad_quads > 0) {

@@ -66,6 +66,7 @@ Json output_json(const Output& o, const Singularities& s, const Distance& d) {
                  {"mean_corner_deviation", o.mean_corner_deviation},
                  {"edge_length_variation", o.edge_length_variation}};
   j["singularities"] = {{"vertices", s.vertices}, {"edges", s.edges}, {"triangles", s.triangles}};
+  j["distortion"] = {{"stretch", o.stretch}, {"shear", o.shear}};
   j["distance"] = {{"to_input_max", d.to_input.max},     {"to_input_rms", d.to_input.rms},
                    {"to_input_mean", d.to_input.mean},   {"from_input_max", d.from_input.max},
                    {"from_input_rms", d.from_input.rms}, {"from_input_mean", d.from_input.mean},
@@ -90,12 +91,14 @@ nlohmann::ordered_json to_json(const RemeshReport& r) {
   const Json first = output_json(r.output, r.singularities, r.distance);
   j["output"] = first["output"];
   j["singularities"] = first["singularities"];
+  j["distortion"] = first["distortion"];
   j["distance"] = first["distance"];
   j["outputs"] = Json::array();
   for (const RemeshReport::Finished& f : r.outputs) {
     const Json figures = output_json(f.output, f.singularities, f.distance);
     Json entry = figures["output"];
     entry["singularities"] = figures["singularities"];
+    entry["distortion"] = figures["distortion"];
     entry["distance"] = figures["distance"];
     entry["shared_with"] = f.shared_with.empty() ? Json() : Json(f.shared_with);
     j["outputs"].push_back(std::move(entry));

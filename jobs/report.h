@@ -56,6 +56,8 @@ struct RemeshReport {
     double min_scaled_jacobian = 0.0;
     double mean_corner_deviation = 0.0;  ///< degrees
     double edge_length_variation = 0.0;  ///< standard deviation / mean
+    double stretch = 0.0;                ///< see MeshQuality
+    double shear = 0.0;
   } output;
   struct {
     std::uint64_t vertices = 0;

@@ -24,6 +24,7 @@ constexpr std::uint32_t kUnseen = std::numeric_limits<std::uint32_t>::max();
 /// Faces over shared vertices, small.
 struct SmallMesh {
   std::vector<Vec3f> positions;
+  std::vector<Vec3f> normals;  ///< of any length
   std::vector<std::uint32_t> begin{0};
   std::vector<std::uint32_t> corners;
 
@@ -41,6 +42,7 @@ class GridReduction {
   GridReduction(const PolygonMesh& mesh, const MeshSight& sight) : mesh_(mesh), sight_(sight) {}
 
   SmallMesh run(std::size_t most_faces) {
+    normals_.assign(sight_.positions.size(), Vec3f::Zero());
     double area = 0.0;
     for_each_face([&](std::span<const std::uint32_t> c) {
       Vec3f sum = Vec3f::Zero();
@@ -49,6 +51,9 @@ class GridReduction {
         sum += (sight_.positions[c[i]] - p).cross(sight_.positions[c[i + 1]] - p);
       }
       area += 0.5 * static_cast<double>(sum.norm());
+      for (const std::uint32_t v : c) {
+        normals_[v] += sum;
+      }
     });
     // A surface takes about 1.5 cells for each square of a cell's side.
     const double least = (sight_.high - sight_.low).maxCoeff() / 1e6;
@@ -152,6 +157,10 @@ class GridReduction {
 
   SmallMesh result() {
     SmallMesh out;
+    out.normals.assign(means_.size(), Vec3f::Zero());
+    for (std::size_t v = 0; v < cell_of_.size(); ++v) {
+      out.normals[cell_of_[v]] += normals_[v];
+    }
     out.positions = std::move(means_);
     for (const Face& face : faces_) {
       for (const std::uint32_t c : face.corners) {
@@ -166,10 +175,46 @@ class GridReduction {
 
   const PolygonMesh& mesh_;
   const MeshSight& sight_;
+  std::vector<Vec3f> normals_;
   std::vector<std::uint32_t> cell_of_;
   std::vector<Vec3f> means_;
   std::vector<Face> faces_;
 };
+
+std::string base64(std::span<const std::uint8_t> bytes) {
+  static constexpr char kDigits[] =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  out.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t n = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t word = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      word = word << 8 | (k < n ? bytes[i + k] : 0U);
+    }
+    for (std::size_t k = 0; k < 4; ++k) {
+      out += k <= n ? kDigits[word >> (18 - 6 * k) & 63U] : '=';
+    }
+  }
+  return out;
+}
+
+/// A direction on the octahedron |x| + |y| + |z| = 1, its lower half folded outward.
+std::array<std::uint8_t, 2> octahedral(const Vec3f& n) {
+  const float size = std::abs(n.x()) + std::abs(n.y()) + std::abs(n.z());
+  if (!(size > 0.0F)) {
+    return {128, 128};
+  }
+  float x = n.x() / size;
+  float y = n.y() / size;
+  if (n.z() < 0.0F) {
+    const float folded_x = (1.0F - std::abs(y)) * (x < 0.0F ? -1.0F : 1.0F);
+    y = (1.0F - std::abs(x)) * (y < 0.0F ? -1.0F : 1.0F);
+    x = folded_x;
+  }
+  return {static_cast<std::uint8_t>(std::lround(127.5F + 127.0F * x)),
+          static_cast<std::uint8_t>(std::lround(127.5F + 127.0F * y))};
+}
 
 /// Connectivity and positions in one stream of bytes.
 class Encoder {
@@ -211,24 +256,9 @@ class Encoder {
   }
 
   std::uint32_t vertices() const { return next_; }
-
-  std::string base64() const {
-    static constexpr char kDigits[] =
-        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string out;
-    out.reserve((bytes_.size() + 2) / 3 * 4);
-    for (std::size_t i = 0; i < bytes_.size(); i += 3) {
-      const std::size_t n = std::min<std::size_t>(3, bytes_.size() - i);
-      std::uint32_t word = 0;
-      for (std::size_t k = 0; k < 3; ++k) {
-        word = word << 8 | (k < n ? bytes_[i + k] : 0U);
-      }
-      for (std::size_t k = 0; k < 4; ++k) {
-        out += k <= n ? kDigits[word >> (18 - 6 * k) & 63U] : '=';
-      }
-    }
-    return out;
-  }
+  /// Of each vertex of the mesh, in what comes out; kUnseen if it isn't.
+  std::span<const std::uint32_t> numbers() const { return number_; }
+  std::string text() const { return base64(bytes_); }
 
  private:
   Vec3i step_of(std::uint32_t v) const {
@@ -310,7 +340,7 @@ nlohmann::json view_json(const MeshSight& sight) {
 std::size_t view_script_bytes(const PolygonMesh& mesh, const ViewScriptOptions& options) {
   const bool reduced = mesh.face_count() > options.most_faces;
   const std::size_t shown = std::min(mesh.face_count(), options.most_faces);
-  return mesh.vertex_count() * (sizeof(Vec3f) + (reduced ? 32 : 4)) +
+  return mesh.vertex_count() * (sizeof(Vec3f) + (reduced ? 44 : 4)) +
          (reduced ? 2 * shown * 64 : 0) + shown * 64 + (std::size_t{1} << 20);
 }
 
@@ -330,7 +360,7 @@ std::string view_script(const PolygonMesh& mesh, const std::string& name,
   const auto finish = [&](const Encoder& encoder, nlohmann::json groups) {
     head["groups"] = std::move(groups);
     head["vertices"] = encoder.vertices();
-    head["data"] = encoder.base64();
+    head["data"] = encoder.text();
   };
   if (mesh.face_count() <= options.most_faces) {
     Encoder encoder(sight.positions, step);
@@ -341,6 +371,15 @@ std::string view_script(const PolygonMesh& mesh, const std::string& name,
     Encoder encoder(small.positions, step);
     nlohmann::json groups = encode_faces(small, encoder);
     finish(encoder, std::move(groups));
+    std::vector<std::uint8_t> normals(2 * std::size_t{encoder.vertices()});
+    for (std::size_t v = 0; v < small.normals.size(); ++v) {
+      if (const std::uint32_t number = encoder.numbers()[v]; number != kUnseen) {
+        const auto [x, y] = octahedral(small.normals[v]);
+        normals[2 * std::size_t{number}] = x;
+        normals[2 * std::size_t{number} + 1] = y;
+      }
+    }
+    head["normals"] = base64(normals);
   }
   return "rattan_view(" + head.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) +
          ");\n";

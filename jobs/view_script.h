@@ -27,7 +27,9 @@ std::size_t view_script_bytes(const PolygonMesh& mesh, const ViewScriptOptions& 
 ///   follow. Each corner is 0 for a new vertex, else how many vertices ago its vertex came. A new
 ///   vertex is three differences (2 d, or -2 d - 1 below zero) from where it is expected: the
 ///   fourth corner of a quad completes a parallelogram, others are where the corner before was.
-/// About 13 characters a face.
+/// - `normals`, of a reduced mesh only: base64 of two bytes a vertex, the normal there of what was
+///   reduced, (byte - 127.5) / 127 of its place on the octahedron.
+/// About 11 characters a face, 3 more for normals.
 std::string view_script(const PolygonMesh& mesh, const std::string& name,
                         const ViewScriptOptions& options = {});
 

@@ -9,6 +9,8 @@
 // Accuracy: absolute error below 1e-15 for sin and cos with |x| <= 1e5, relative below 4e-16 plus
 // rounding for exp and log, absolute below 1e-15 for atan2. Checked in tests/engine/core.
 
+#include <array>
+
 namespace rattan::exact {
 
 struct SinCos {
@@ -20,6 +22,8 @@ struct SinCos {
 SinCos sincos(double x);
 /// In (-pi, pi]; atan2(0, 0) is 0.
 double atan2(double y, double x);
+/// Two at the price of one, to the same bits.
+std::array<double, 2> atan2(const std::array<double, 2>& y, const std::array<double, 2>& x);
 /// |x| up to 700; saturates beyond.
 double exp(double x);
 /// x > 0.

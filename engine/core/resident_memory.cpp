@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "engine/core/resident_memory.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdio>
 #include <fcntl.h>
 #include <malloc.h>
 #include <string>
+#include <sys/mman.h>
 #include <unistd.h>
 
 // Only there if the program is linked with jemalloc.
@@ -30,6 +32,26 @@ void set_decay(ssize_t milliseconds) {
 
 constexpr ssize_t kUsualDecay = 1000;
 
+/// As jemalloc's extent_hooks_t, of which only the first is of interest here.
+struct ExtentHooks {
+  using Allocate = void*(ExtentHooks*, void*, std::size_t, std::size_t, bool*, bool*, unsigned);
+  Allocate* allocate;
+  std::array<void (*)(), 8> others;
+};
+
+ExtentHooks* usual_hooks = nullptr;
+ExtentHooks large_hooks{};
+
+void* allocate_large(ExtentHooks*, void* wanted, std::size_t size, std::size_t alignment,
+                     bool* zero, bool* commit, unsigned arena) {
+  void* const extent =
+      usual_hooks->allocate(usual_hooks, wanted, size, alignment, zero, commit, arena);
+  if (extent != nullptr) {
+    ::madvise(extent, size, MADV_HUGEPAGE);
+  }
+  return extent;
+}
+
 }  // namespace
 
 std::uint64_t resident_bytes() {
@@ -53,6 +75,33 @@ void return_free_pages() {
     return;
   }
   ::malloc_trim(0);
+}
+
+void prefer_large_pages() {
+  if (mallctl == nullptr || usual_hooks != nullptr) {
+    return;
+  }
+  std::size_t size = sizeof usual_hooks;
+  if (mallctl("arena.0.extent_hooks", &usual_hooks, &size, nullptr, 0) != 0 ||
+      usual_hooks == nullptr || usual_hooks->allocate == nullptr) {
+    return;
+  }
+  large_hooks = *usual_hooks;
+  large_hooks.allocate = allocate_large;
+  unsigned arenas = 0;
+  size = sizeof arenas;
+  mallctl("arenas.narenas", &arenas, &size, nullptr, 0);
+  for (unsigned a = 0; a < arenas; ++a) {
+    // Setting the hooks of an arena that is not in use yet would make it.
+    const std::string arena = "arena." + std::to_string(a);
+    bool in_use = false;
+    size = sizeof in_use;
+    mallctl((arena + ".initialized").c_str(), &in_use, &size, nullptr, 0);
+    if (in_use) {
+      ExtentHooks* hooks = &large_hooks;
+      mallctl((arena + ".extent_hooks").c_str(), nullptr, nullptr, &hooks, sizeof hooks);
+    }
+  }
 }
 
 PromptReturn::PromptReturn(bool wanted) : active_(wanted && mallctl != nullptr) {

@@ -86,8 +86,9 @@ std::vector<T> read_local(Store& store, Field<T> field, const HaloFields& halo, 
   const ChunkView<T> owned = read(store, field, tile);
   const ChunkView<T> board = read(store, field, kBoardTile);
   const ChunkView<std::uint32_t> slots = read(store, halo.halo_slots, tile);
-  std::vector<T> local(owned.begin(), owned.end());
+  std::vector<T> local;
   local.reserve(owned.size() + slots.size());
+  local.assign(owned.begin(), owned.end());
   for (const std::uint32_t slot : slots) {
     local.push_back(board[slot]);
   }

@@ -68,17 +68,13 @@ void assemble_tile(State& s, double pull) {
   const std::vector<VertexFrame> frames = s.frames.gather();
   const std::uint32_t owned = s.fans.owned();
   const std::uint32_t* row = s.fans.row_begin.span().data();
-  const std::uint32_t* neighbor = s.fans.neighbor.span().data();
-  std::vector<EdgeTarget> target(s.fans.neighbor.size());
+  const std::span<const std::uint32_t> neighbor = s.fans.neighbor.span();
+  std::vector<EdgeTarget> target(neighbor.size());
   const auto add = [&](std::uint32_t i, std::uint32_t j, double half_cot, double area, double t) {
     if (i >= owned) {
       return;
     }
-    std::uint32_t k = row[i];
-    while (neighbor[k] != j) {
-      ++k;
-    }
-    EdgeTarget& e = target[k];
+    EdgeTarget& e = target[find_neighbor(neighbor, row[i], j)];
     e.exact += static_cast<float>(half_cot * t);
     e.half_cot += static_cast<float>(half_cot);
     e.by_area += static_cast<float>(area * t);

@@ -2,6 +2,7 @@
 #include "engine/mesh/scan_record.h"
 
 #include <bit>
+#include <cstring>
 #include <vector>
 
 namespace rattan {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <emmintrin.h>
 #include <utility>
 
 namespace rattan {
@@ -98,26 +99,30 @@ class FanChainer {
   std::vector<std::uint32_t> ends_;
 };
 
-// half_cotangent() at two apexes side by side, to the same bits.
-inline Eigen::Array2d half_cotangents(const Vec3f& s, const Vec3f& t, const Vec3d& p,
-                                      const Vec3d& q) {
-  using Pair = Eigen::Array2d;
-  const auto pair = [&](int c) {
-    return Pair(static_cast<double>(s[c]), static_cast<double>(t[c]));
-  };
-  const Pair ux = p.x() - pair(0);
-  const Pair uy = p.y() - pair(1);
-  const Pair uz = p.z() - pair(2);
-  const Pair vx = q.x() - pair(0);
-  const Pair vy = q.y() - pair(1);
-  const Pair vz = q.z() - pair(2);
-  const Pair cx = uy * vz - uz * vy;
-  const Pair cy = uz * vx - ux * vz;
-  const Pair cz = ux * vy - uy * vx;
-  const Pair twice_area = (cx * cx + cy * cy + cz * cz).sqrt();
-  const Pair squares = (ux * ux + uy * uy + uz * uz) + (vx * vx + vy * vy + vz * vz);
-  const Pair floor_area = 1e-6 * squares + 1e-300;
-  return 0.5 * (ux * vx + uy * vy + uz * vz) / twice_area.max(floor_area);
+// A float of each of two points side by side.
+inline __m128d both(float s, float t) {
+  return _mm_cvtps_pd(_mm_unpacklo_ps(_mm_set_ss(s), _mm_set_ss(t)));
+}
+
+// half_cotangent() at two apexes side by side, to the same bits: that at `s` below, that at `t`
+// above.
+inline __m128d half_cotangents(const Vec3f& s, const Vec3f& t, const Vec3d& p, const Vec3d& q) {
+  const __m128d x = both(s.x(), t.x());
+  const __m128d y = both(s.y(), t.y());
+  const __m128d z = both(s.z(), t.z());
+  const __m128d ux = _mm_set1_pd(p.x()) - x;
+  const __m128d uy = _mm_set1_pd(p.y()) - y;
+  const __m128d uz = _mm_set1_pd(p.z()) - z;
+  const __m128d vx = _mm_set1_pd(q.x()) - x;
+  const __m128d vy = _mm_set1_pd(q.y()) - y;
+  const __m128d vz = _mm_set1_pd(q.z()) - z;
+  const __m128d cx = uy * vz - uz * vy;
+  const __m128d cy = uz * vx - ux * vz;
+  const __m128d cz = ux * vy - uy * vx;
+  const __m128d twice_area = _mm_sqrt_pd(cx * cx + (cy * cy + cz * cz));
+  const __m128d squares = (ux * ux + (uy * uy + uz * uz)) + (vx * vx + (vy * vy + vz * vz));
+  const __m128d floor_area = _mm_set1_pd(1e-6) * squares + _mm_set1_pd(1e-300);
+  return _mm_set1_pd(0.5) * (ux * vx + (uy * vy + uz * vz)) / _mm_max_pd(twice_area, floor_area);
 }
 
 }  // namespace
@@ -207,22 +212,18 @@ void fan_weights(const FanView& fans, std::span<const Vec3f> positions, EdgeEner
     for (std::uint32_t k = begin; k < end; ++k) {
       const std::uint32_t j = neighbor[k];
       if (j < i) {
-        std::uint32_t back = row[j];
-        while (neighbor[back] != i) {
-          ++back;
-        }
-        weight[k] = weight[back];
+        weight[k] = weight[find_neighbor(neighbor, row[j], i)];
       } else {
         const Vec3d a = positions[j].cast<double>();
         const Vec3f& next = positions[neighbor[k + 1 < end ? k + 1 : begin]];
         const Vec3f& before = positions[neighbor[k > begin ? k - 1 : end - 1]];
-        const Eigen::Array2d halves = half_cotangents(next, before, p, a);
+        const __m128d halves = half_cotangents(next, before, p, a);
         double w = 0.0;
         if (!open || k + 1 < end) {
-          w += halves[0];
+          w += _mm_cvtsd_f64(halves);
         }
         if (!open || k > begin) {
-          w += halves[1];
+          w += _mm_cvtsd_f64(_mm_unpackhi_pd(halves, halves));
         }
         weight[k] = static_cast<float>(std::clamp(w, kLowestWeight, kHighestWeight));
       }

@@ -5,7 +5,9 @@
 // its fan of triangles. Consecutive neighbours a, b of vertex i span the triangle (i, a, b), so
 // later passes need no triangles: rows and positions are enough for weights, normals and curvature.
 
+#include <bit>
 #include <cstdint>
+#include <emmintrin.h>
 #include <span>
 #include <vector>
 
@@ -42,6 +44,28 @@ struct FanView {
   void load(Store& store, TileId tile);
   std::uint32_t owned() const { return static_cast<std::uint32_t>(flags.size()); }
 };
+
+/// Where `vertex` comes first in `neighbor` at or after `begin`, the start of a row that holds it.
+/// Eight at a time: where in its row a neighbour comes is as good as random, and a loop over them
+/// would guess its end wrong nearly every time.
+inline std::uint32_t find_neighbor(std::span<const std::uint32_t> neighbor, std::uint32_t begin,
+                                   std::uint32_t vertex) {
+  const __m128i wanted = _mm_set1_epi32(static_cast<int>(vertex));
+  for (; begin + 8 <= neighbor.size(); begin += 8) {
+    const auto* at = reinterpret_cast<const __m128i*>(neighbor.data() + begin);
+    const __m128i first = _mm_cmpeq_epi32(_mm_loadu_si128(at), wanted);
+    const __m128i second = _mm_cmpeq_epi32(_mm_loadu_si128(at + 1), wanted);
+    const auto hits = static_cast<unsigned>(_mm_movemask_ps(_mm_castsi128_ps(first)) |
+                                            _mm_movemask_ps(_mm_castsi128_ps(second)) << 4);
+    if (hits != 0) {
+      return begin + static_cast<std::uint32_t>(std::countr_zero(hits));
+    }
+  }
+  while (neighbor[begin] != vertex) {
+    ++begin;
+  }
+  return begin;
+}
 
 /// Sorts the triangles of one tile into fans. Linear time; needs manifold vertices (InternalError).
 VertexFans build_fans(const TileMesh& mesh);

@@ -51,11 +51,7 @@ void assemble_tile(State& s, std::uint64_t first, double omega) {
         const PairBlock::Coefficient c =
             pair_coefficient(edge_gauge(frames[i], frames[j], omega), s.weight[k]);
         s.coefficient[k] = c;
-        std::uint32_t back = row[j];
-        while (neighbor[back] != i) {
-          ++back;
-        }
-        s.coefficient[back] = adjoint(c);
+        s.coefficient[find_neighbor(s.fans.neighbor.span(), row[j], i)] = adjoint(c);
       }
     }
   }

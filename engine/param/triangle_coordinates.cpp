@@ -17,8 +17,10 @@ constexpr double kTurn = 2.0 * exact::kPi;
 constexpr double kMostPeriods = 1 << 20;
 
 std::int32_t nearest_period(double difference) {
-  const double periods = std::floor(difference / kTurn + 0.5);
-  return static_cast<std::int32_t>(std::clamp(periods, -kMostPeriods, kMostPeriods));
+  // floor() without its call.
+  const double periods = std::clamp(difference / kTurn + 0.5, -kMostPeriods, kMostPeriods);
+  const auto toward_zero = static_cast<std::int32_t>(periods);
+  return toward_zero - (static_cast<double>(toward_zero) > periods ? 1 : 0);
 }
 
 /// Fills edges, edge_begin and side_edge.
@@ -107,11 +109,14 @@ EdgeTransport inverse(const EdgeTransport& transport) {
 }
 
 PhaseAngles phase_angles(const PairValue& x) {
-  const auto angle = [](const Complex& z) {
-    const bool finite = std::isfinite(z.real()) && std::isfinite(z.imag());
-    return finite ? exact::atan2(z.imag(), z.real()) : 0.0;
+  const auto finite = [](const Complex& z) {
+    return std::isfinite(z.real()) && std::isfinite(z.imag()) ? z : Complex(0.0F, 0.0F);
   };
-  return {angle(x.u), angle(x.v)};
+  const Complex u = finite(x.u);
+  const Complex v = finite(x.v);
+  const std::array<double, 2> angles =
+      exact::atan2(std::array<double, 2>{u.imag(), v.imag()}, {u.real(), v.real()});
+  return {angles[0], angles[1]};
 }
 
 EdgeTransport edge_transport(const EdgeGauge& gauge, const PhaseAngles& lower,

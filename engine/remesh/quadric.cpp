@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <emmintrin.h>
 #include <limits>
 
 #include <Eigen/Dense>
@@ -70,7 +71,9 @@ class VertexGrid {
     static constexpr std::size_t kSlots = 256;
     struct Slot {
       std::uint64_t key = kNoCell;
-      std::vector<std::uint32_t> candidates;
+      std::vector<std::uint32_t> candidates;  ///< ascending
+      /// Theirs, x, y and z by turns, two candidates at a time; an odd one out has infinity beside.
+      std::vector<double> coordinates;
     };
     std::vector<Slot> slots_;
   };
@@ -83,7 +86,12 @@ class VertexGrid {
     Cache::Slot& s = cache.slots_[slot(k, Cache::kSlots)];
     if (s.key != k) {
       s.key = k;
-      gather(k, s.candidates);
+      gather(k, s);
+    }
+    // Nearly always the nearest of all faces the right way.
+    const std::uint32_t first = nearest_of(p, s);
+    if (first == kNone || normals_[first].dot(normal) > kFacingAway) {
+      return first;
     }
     double best = side_ * side_;
     std::uint32_t vertex = kNone;
@@ -118,7 +126,37 @@ class VertexGrid {
            static_cast<std::uint64_t>(c.z());
   }
 
-  void gather(std::uint64_t k, std::vector<std::uint32_t>& out) const {
+  /// The nearest candidate within the side, of several the lowest; whichever way it faces.
+  std::uint32_t nearest_of(const Vec3d& p, const Cache::Slot& s) const {
+    const __m128d px = _mm_set1_pd(p.x());
+    const __m128d py = _mm_set1_pd(p.y());
+    const __m128d pz = _mm_set1_pd(p.z());
+    __m128d best = _mm_set1_pd(std::numeric_limits<double>::infinity());
+    __m128i best_at = _mm_setzero_si128();
+    __m128i at = _mm_set_epi64x(1, 0);
+    for (std::size_t k = 0; k < s.coordinates.size(); k += 6) {
+      const __m128d x = _mm_loadu_pd(s.coordinates.data() + k) - px;
+      const __m128d y = _mm_loadu_pd(s.coordinates.data() + k + 2) - py;
+      const __m128d z = _mm_loadu_pd(s.coordinates.data() + k + 4) - pz;
+      const __m128d d2 = x * x + (y * y + z * z);
+      const __m128i nearer = _mm_castpd_si128(_mm_cmplt_pd(d2, best));
+      best = _mm_min_pd(d2, best);
+      best_at = _mm_or_si128(_mm_and_si128(nearer, at), _mm_andnot_si128(nearer, best_at));
+      at = _mm_add_epi64(at, _mm_set1_epi64x(2));
+    }
+    const double even = _mm_cvtsd_f64(best);
+    const double odd = _mm_cvtsd_f64(_mm_unpackhi_pd(best, best));
+    const auto even_at = static_cast<std::size_t>(_mm_cvtsi128_si64(best_at));
+    const auto odd_at =
+        static_cast<std::size_t>(_mm_cvtsi128_si64(_mm_unpackhi_epi64(best_at, best_at)));
+    if (!(std::min(even, odd) <= side_ * side_)) {
+      return kNone;
+    }
+    return s.candidates[even < odd || (even == odd && even_at < odd_at) ? even_at : odd_at];
+  }
+
+  void gather(std::uint64_t k, Cache::Slot& slot_of_key) const {
+    std::vector<std::uint32_t>& out = slot_of_key.candidates;
     constexpr std::uint64_t kMask = (1 << 21) - 1;
     const std::array<std::uint64_t, 3> c{k >> 42, k >> 21 & kMask, k & kMask};
     out.clear();
@@ -135,6 +173,14 @@ class VertexGrid {
                        members_.begin() + table_[at].end);
           }
         }
+      }
+    }
+    std::sort(out.begin(), out.end());
+    std::vector<double>& x = slot_of_key.coordinates;
+    x.assign((out.size() + 1) / 2 * 6, std::numeric_limits<double>::infinity());
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        x[i / 2 * 6 + 2 * axis + i % 2] = positions_[out[i]][static_cast<Eigen::Index>(axis)];
       }
     }
   }

@@ -16,10 +16,14 @@ namespace {
 
 struct FaceSums {
   double jacobian = 0, deviation = 0, least = 2;
+  double area = 0, squares = 0, shear = 0;
   std::uint64_t quads = 0, triangles = 0, bad = 0;
   FaceSums& operator+=(const FaceSums& o) {
     jacobian += o.jacobian;
     deviation += o.deviation;
+    area += o.area;
+    squares += o.squares;
+    shear += o.shear;
     least = std::min(least, o.least);
     quads += o.quads;
     triangles += o.triangles;
@@ -75,6 +79,14 @@ MeshQuality measure_quality(const PolygonMesh& mesh) {
           s.jacobian += jacobian;
           s.least = std::min(s.least, jacobian);
           s.bad += !(jacobian > 0);
+          const Vec3d along = 0.5 * (p[1] - p[0] + p[2] - p[3]);
+          const Vec3d across = 0.5 * (p[3] - p[0] + p[2] - p[1]);
+          const double area = along.cross(across).norm();
+          const double lengths = along.norm() * across.norm();
+          s.area += area;
+          // Half the sum of the squared singular values, weighted with area.
+          s.squares += 0.5 * (along.squaredNorm() + across.squaredNorm()) * area;
+          s.shear += lengths > 0 ? std::abs(along.dot(across)) / lengths : 0.0;
           for (int k = 0; k < 4; ++k) {
             const Vec3d to = p[(k + 1) & 3] - p[k], from = p[(k + 3) & 3] - p[k];
             const double angle = exact::atan2(to.cross(from).norm(), to.dot(from));
@@ -93,6 +105,8 @@ MeshQuality measure_quality(const PolygonMesh& mesh) {
     const double count = static_cast<double>(q.quads);
     q.mean_scaled_jacobian = sums.jacobian / count;
     q.min_scaled_jacobian = sums.least;
+    q.stretch = sums.area > 0 ? std::sqrt(sums.squares * count) / sums.area : 0.0;
+    q.shear = sums.shear / count;
     q.mean_corner_deviation = sums.deviation / (4 * count) * 180 / exact::kPi;
   }
 

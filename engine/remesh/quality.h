@@ -23,6 +23,11 @@ struct MeshQuality {
   double mean_corner_deviation = 0;      ///< degrees from 90, over corners of quads
   double mean_edge_length = 0;
   double edge_length_variation = 0;  ///< standard deviation / mean
+  /// Distortion of the map that makes each quad from the same square (of its middle: halves of
+  /// opposite sides added). The L2 stretch of Sander et al., relative to a map that keeps all areas
+  /// equal and square: at least 1; 0 without quads.
+  double stretch = 0;
+  double shear = 0;  ///< mean of |cos| between the middle lines of a quad, 0 to 1
 };
 
 /// The smallest over the corners of sin(angle), signed by the quad's normal (the cross product of

@@ -36,7 +36,8 @@ float widened(double distance2, float largest_coordinate) {
   return static_cast<float>(std::min(radius * radius + 1e-36, 3e38));
 }
 
-ClosestOnTriangle on_segment(const Vec3d& p, const Vec3d& a, const Vec3d& b, int ia, int ib) {
+[[gnu::always_inline]] inline ClosestOnTriangle on_segment(const Vec3d& p, const Vec3d& a,
+                                                           const Vec3d& b, int ia, int ib) {
   const Vec3d ab = b - a;
   const double length2 = ab.squaredNorm();
   double t = length2 > 0.0 ? (p - a).dot(ab) / length2 : 0.0;
@@ -54,7 +55,8 @@ ClosestOnTriangle on_segment(const Vec3d& p, const Vec3d& a, const Vec3d& b, int
 }
 
 /// No area: the closest of the three sides.
-ClosestOnTriangle on_degenerate(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+[[gnu::noinline]] ClosestOnTriangle on_degenerate(const Vec3d& p, const Vec3d& a, const Vec3d& b,
+                                                  const Vec3d& c) {
   ClosestOnTriangle best = on_segment(p, a, b, 0, 1);
   const ClosestOnTriangle bc = on_segment(p, b, c, 1, 2);
   if (bc.distance2 < best.distance2) {
@@ -67,10 +69,9 @@ ClosestOnTriangle on_degenerate(const Vec3d& p, const Vec3d& a, const Vec3d& b, 
   return best;
 }
 
-}  // namespace
-
-ClosestOnTriangle closest_on_triangle(const Vec3d& p, const Vec3d& a, const Vec3d& b,
-                                      const Vec3d& c) {
+/// Part of its callers, so that those who want the distance alone compute no more.
+[[gnu::always_inline]] inline ClosestOnTriangle closest_of(const Vec3d& p, const Vec3d& a,
+                                                           const Vec3d& b, const Vec3d& c) {
   const Vec3d ab = b - a;
   const Vec3d ac = c - a;
   const Vec3d ap = p - a;
@@ -116,6 +117,13 @@ ClosestOnTriangle closest_on_triangle(const Vec3d& p, const Vec3d& a, const Vec3
   ClosestOnTriangle r{a + ab * v + ac * w, {1.0 - v - w, v, w}, 0.0};
   r.distance2 = (p - r.point).squaredNorm();
   return r;
+}
+
+}  // namespace
+
+ClosestOnTriangle closest_on_triangle(const Vec3d& p, const Vec3d& a, const Vec3d& b,
+                                      const Vec3d& c) {
+  return closest_of(p, a, b, c);
 }
 
 TriangleIndex::TriangleIndex(std::span<const Vec3f> positions,
@@ -191,7 +199,10 @@ Vec3d TriangleIndex::normal(std::uint32_t local) const {
 }
 
 void TriangleIndex::try_triangle(const Vec3d& p, std::uint32_t local, ClosestHit& hit) const {
-  const double d2 = evaluate(p, local).distance2;
+  const LocalTriangle& t = triangles_[local];
+  const double d2 = closest_of(p, positions_[t[0]].cast<double>(), positions_[t[1]].cast<double>(),
+                               positions_[t[2]].cast<double>())
+                        .distance2;
   if (hit.better(d2, base_ + local)) {
     hit.distance2 = d2;
     hit.triangle = base_ + local;

@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <emmintrin.h>
 
 #include "engine/solve/system.h"
 
@@ -109,6 +110,49 @@ struct BlockOps<ComplexBlock> {
   static double norm(const Sum& sum) { return std::sqrt(sum[0] * sum[0] + sum[1] * sum[1]); }
 };
 
+// Both complex parts of a pair side by side in one register: (u_re, u_im, v_re, v_im).
+namespace pair_lanes {
+
+inline constexpr std::uint32_t kMinus = 0x80000000U;
+alignas(16) inline constexpr std::uint32_t kTurnSigns[4][4] = {
+    {0, 0, 0, 0}, {0, 0, 0, kMinus}, {0, kMinus, 0, kMinus}, {0, kMinus, 0, 0}};
+alignas(16) inline constexpr std::uint32_t kRealSigns[4] = {kMinus, 0, kMinus, 0};
+alignas(16) inline constexpr std::uint32_t kRealSign[4] = {kMinus, 0, 0, 0};
+alignas(16) inline constexpr std::uint32_t kImaginarySigns[4] = {0, kMinus, 0, kMinus};
+
+inline __m128 bits(const std::uint32_t* p) {
+  return _mm_castsi128_ps(_mm_load_si128(reinterpret_cast<const __m128i*>(p)));
+}
+inline __m128 swap_in_pairs(__m128 v) {
+  return _mm_shuffle_ps(v, v, _MM_SHUFFLE(2, 3, 0, 1));
+}
+/// The pair at p after r quarter turns. Without branches: turns are as good as random.
+inline __m128 turned(const float* p, std::uint32_t r) {
+  const std::uint32_t odd = (r & 1U) * 2U;
+  __m128 v = _mm_loadl_pi(_mm_setzero_ps(), reinterpret_cast<const __m64*>(p + odd));
+  v = _mm_loadh_pi(v, reinterpret_cast<const __m64*>(p + (2U - odd)));
+  return _mm_xor_ps(v, bits(kTurnSigns[r & 3U]));
+}
+/// Products of the complex parts.
+inline __m128 multiply(__m128 p, __m128 q) {
+  const __m128 re = _mm_shuffle_ps(p, p, _MM_SHUFFLE(2, 2, 0, 0));
+  const __m128 im = _mm_shuffle_ps(p, p, _MM_SHUFFLE(3, 3, 1, 1));
+  const __m128 crossed = _mm_xor_ps(_mm_mul_ps(im, swap_in_pairs(q)), bits(kRealSigns));
+  return _mm_add_ps(_mm_mul_ps(re, q), crossed);
+}
+/// A coefficient stored at once, so that it can be loaded at once right away.
+inline PairBlock::Coefficient coefficient(__m128 v, std::uint32_t r) {
+  PairBlock::Coefficient c;
+  _mm_storeu_ps(reinterpret_cast<float*>(&c), v);
+  c.r = r;
+  return c;
+}
+inline __m128 load(const PairBlock::Coefficient& c) {
+  return _mm_loadu_ps(reinterpret_cast<const float*>(&c));
+}
+
+}  // namespace pair_lanes
+
 template <>
 struct BlockOps<PairBlock> {
   using Coefficient = PairBlock::Coefficient;
@@ -141,36 +185,45 @@ struct BlockOps<PairBlock> {
     out[2] += b_re * v_re - b_im * v_im;
     out[3] += b_re * v_im + b_im * v_re;
   }
-  static Coefficient identity() { return {Complex(1.0F, 0.0F), Complex(1.0F, 0.0F), 0}; }
-  /// p after q: turn_p(a_q U'', b_q V'') turns the factors as it turns the values. Without
-  /// branches: turns are as good as random where this is called.
+  static Coefficient identity() {
+    return pair_lanes::coefficient(_mm_set_ps(0.0F, 1.0F, 0.0F, 1.0F), 0);
+  }
+  /// p after q: turn_p(a_q U'', b_q V'') turns the factors as it turns the values.
   static Coefficient compose(const Coefficient& p, const Coefficient& q) {
-    const float* f = reinterpret_cast<const float*>(&q);  // a then b
-    const std::uint32_t swap = (p.r & 1U) * 2U;
-    const Complex u(f[swap], sign_u(p.r) * f[swap + 1]);
-    const Complex v(f[2 - swap], sign_v(p.r) * f[3 - swap]);
-    return {multiply(p.a, u), multiply(p.b, v), (p.r + q.r) & 3U};
+    const __m128 v = pair_lanes::turned(reinterpret_cast<const float*>(&q), p.r);
+    return pair_lanes::coefficient(pair_lanes::multiply(pair_lanes::load(p), v), (p.r + q.r) & 3U);
   }
   /// The inverse turn of the conjugates: (0; conj a, conj b), (3; b, conj a), (2; a, b), (1; conj
   /// b, a).
   static Coefficient adjoint(const Coefficient& c) {
     const std::uint32_t back = (4U - c.r) & 3U;
-    const float* f = reinterpret_cast<const float*>(&c);
-    const std::uint32_t swap = (back & 1U) * 2U;
-    return {Complex(f[swap], -sign_u(back) * f[swap + 1]),
-            Complex(f[2 - swap], -sign_v(back) * f[3 - swap]), back};
+    const __m128 v = pair_lanes::turned(reinterpret_cast<const float*>(&c), back);
+    return pair_lanes::coefficient(_mm_xor_ps(v, pair_lanes::bits(pair_lanes::kImaginarySigns)),
+                                   back);
   }
-  static Coefficient unit_of(const Coefficient& c) { return {unit(c.a), unit(c.b), c.r & 3U}; }
+  /// unit() of both parts.
+  static Coefficient unit_of(const Coefficient& c) {
+    const __m128 v = pair_lanes::load(c);
+    const __m128d re = _mm_cvtps_pd(_mm_shuffle_ps(v, v, _MM_SHUFFLE(3, 1, 2, 0)));
+    const __m128d im = _mm_cvtps_pd(_mm_shuffle_ps(v, v, _MM_SHUFFLE(2, 0, 3, 1)));
+    const __m128d n = _mm_sqrt_pd(_mm_add_pd(_mm_mul_pd(re, re), _mm_mul_pd(im, im)));
+    const __m128d some = _mm_cmpgt_pd(n, _mm_setzero_pd());
+    const __m128d unit_re =
+        _mm_or_pd(_mm_and_pd(some, _mm_div_pd(re, n)), _mm_andnot_pd(some, _mm_set1_pd(1.0)));
+    const __m128d unit_im = _mm_and_pd(some, _mm_div_pd(im, n));
+    return pair_lanes::coefficient(_mm_unpacklo_ps(_mm_cvtpd_ps(unit_re), _mm_cvtpd_ps(unit_im)),
+                                   c.r & 3U);
+  }
   static float magnitude2(const Coefficient& c) {
     return c.a.real() * c.a.real() + c.a.imag() * c.a.imag() + c.b.real() * c.b.real() +
            c.b.imag() * c.b.imag();
   }
   static std::uint32_t turn(const Coefficient& c) { return c.r & 3U; }
   static void add(const Coefficient& c, Sum& sum) {
-    sum[0] += c.a.real();
-    sum[1] += c.a.imag();
-    sum[2] += c.b.real();
-    sum[3] += c.b.imag();
+    const __m128 v = pair_lanes::load(c);
+    double* const s = sum.data();
+    _mm_storeu_pd(s, _mm_add_pd(_mm_loadu_pd(s), _mm_cvtps_pd(v)));
+    _mm_storeu_pd(s + 2, _mm_add_pd(_mm_loadu_pd(s + 2), _mm_cvtps_pd(_mm_movehl_ps(v, v))));
   }
   static Coefficient from_sum(const Sum& sum, std::uint32_t turn) {
     return {Complex(static_cast<float>(sum[0]), static_cast<float>(sum[1])),

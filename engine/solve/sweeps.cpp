@@ -19,24 +19,10 @@ constexpr float kTiny = 1e-30F;
 // no denormal numbers).
 constexpr float kLeastNorm = 1e-3F;
 
-// The positive root of D s - b + 2 eps s (s^2 - 1) by Newton from above, where the function is
-// convex: one step from the old norm lands above the root (or is cut off at an upper bound), the
-// others descend to it.
-float penalised_norm(float diagonal, float eps, float b, float old) {
-  const float upper = std::max(1.0F, b / std::max(diagonal, kTiny));
-  const auto newton = [&](float s) {
-    return (4.0F * eps * s * s * s + b) /
-           std::max(6.0F * eps * s * s + (diagonal - 2.0F * eps), kTiny);
-  };
-  float s = upper;
-  if (6.0F * eps * old * old + (diagonal - 2.0F * eps) > 0.0F) {
-    s = std::min(upper, newton(old));
-  }
-  return std::max(newton(newton(s)), kLeastNorm);
-}
-
+// Real blocks; the others have their own below.
 template <class Block, SweepMode Mode>
 struct Node {
+  static_assert(Mode == SweepMode::kLinear);
   using Ops = BlockOps<Block>;
   static void update(const NodeTerm<Block>& term, const std::uint32_t* neighbor,
                      const Coefficient<Block>* c, std::uint32_t degree, Value<Block>* x,
@@ -49,45 +35,16 @@ struct Node {
       Ops::apply_add(c[e], reals<Block>(x[neighbor[e]]), b.data());
     }
     float* const xr = reals<Block>(xi);
-    if constexpr (Mode == SweepMode::kLinear) {
-      for (std::size_t k = 0; k < Ops::kReals; ++k) {
-        const float d = term.diagonal[part_of<Block>(k)] + term.eps;
-        const float target = d > 0.0F ? b[k] / d : xr[k];
-        xr[k] += omega * (target - xr[k]);
-      }
-    } else {
-      const float re = b[0] + kKeep * xr[0];
-      const float im = b[1] + kKeep * xr[1];
-      const float norm = std::sqrt(re * re + im * im);
-      if constexpr (Mode == SweepMode::kUnit) {
-        const float scale = 1.0F / std::max(norm, kTiny);
-        xr[0] = scale * re;
-        xr[1] = scale * im;
-      } else {
-        const float old = std::sqrt(xr[0] * xr[0] + xr[1] * xr[1]);
-        const float s =
-            Mode == SweepMode::kHold ? old : penalised_norm(term.diagonal[0], term.eps, norm, old);
-        const float scale = s / std::max(norm, kTiny);
-        xr[0] += omega * (scale * re - xr[0]);
-        xr[1] += omega * (scale * im - xr[1]);
-      }
+    for (std::size_t k = 0; k < Ops::kReals; ++k) {
+      const float d = term.diagonal[part_of<Block>(k)] + term.eps;
+      const float target = d > 0.0F ? b[k] / d : xr[k];
+      xr[k] += omega * (target - xr[k]);
     }
   }
 };
 
-// Both complex parts side by side in one register: (u_re, u_im, v_re, v_im).
-alignas(16) constexpr std::uint32_t kMinus = 0x80000000U;
-alignas(16) constexpr std::uint32_t kTurnSigns[4][4] = {
-    {0, 0, 0, 0}, {0, 0, 0, kMinus}, {0, kMinus, 0, kMinus}, {0, kMinus, 0, 0}};
-alignas(16) constexpr std::uint32_t kRealSigns[4] = {kMinus, 0, kMinus, 0};
-
-inline __m128 bits(const std::uint32_t* p) {
-  return _mm_castsi128_ps(_mm_load_si128(reinterpret_cast<const __m128i*>(p)));
-}
-
-inline __m128 swap_in_pairs(__m128 v) {
-  return _mm_shuffle_ps(v, v, _MM_SHUFFLE(2, 3, 0, 1));
-}
+using pair_lanes::bits;
+using pair_lanes::swap_in_pairs;
 
 // |u|^2 in the first two lanes, |v|^2 in the others.
 inline __m128 part_norms2(__m128 v) {
@@ -101,17 +58,61 @@ inline __m128 pair_row(const std::uint32_t* neighbor, const PairBlock::Coefficie
   __m128 crossed = _mm_setzero_ps();
   for (std::uint32_t e = 0; e < degree; ++e) {
     const float* p = reinterpret_cast<const float*>(x + neighbor[e]);
-    const std::uint32_t r = c[e].r & 3U;
-    const std::uint32_t odd = (r & 1U) * 2U;
-    __m128 v = _mm_loadl_pi(_mm_setzero_ps(), reinterpret_cast<const __m64*>(p + odd));
-    v = _mm_loadh_pi(v, reinterpret_cast<const __m64*>(p + (2U - odd)));
-    v = _mm_xor_ps(v, bits(kTurnSigns[r]));
+    const __m128 v = pair_lanes::turned(p, c[e].r);
     const __m128 ab = _mm_loadu_ps(reinterpret_cast<const float*>(c + e));
     straight = _mm_add_ps(straight, _mm_mul_ps(_mm_shuffle_ps(ab, ab, _MM_SHUFFLE(2, 2, 0, 0)), v));
     crossed = _mm_add_ps(
         crossed, _mm_mul_ps(_mm_shuffle_ps(ab, ab, _MM_SHUFFLE(3, 3, 1, 1)), swap_in_pairs(v)));
   }
-  return _mm_add_ps(straight, _mm_xor_ps(crossed, bits(kRealSigns)));
+  return _mm_add_ps(straight, _mm_xor_ps(crossed, bits(pair_lanes::kRealSigns)));
+}
+
+// The new value of a node with the complex parts `old`, whose row and right-hand side come to
+// `row`; `d` is their diagonal.
+template <SweepMode Mode>
+inline __m128 settled(__m128 row, __m128 old, __m128 d, float eps, float omega) {
+  const __m128 one = _mm_set1_ps(1.0F);
+  const __m128 tiny = _mm_set1_ps(kTiny);
+  __m128 target;
+  if constexpr (Mode == SweepMode::kLinear) {
+    const __m128 whole = _mm_add_ps(d, _mm_set1_ps(eps));
+    const __m128 usable = _mm_cmpgt_ps(whole, _mm_setzero_ps());
+    const __m128 quotient = _mm_div_ps(row, _mm_max_ps(whole, tiny));
+    target = _mm_or_ps(_mm_and_ps(usable, quotient), _mm_andnot_ps(usable, old));
+  } else {
+    const __m128 b = _mm_add_ps(row, _mm_mul_ps(_mm_set1_ps(kKeep), old));
+    const __m128 norm = _mm_sqrt_ps(part_norms2(b));
+    const __m128 inverse = _mm_div_ps(one, _mm_max_ps(norm, tiny));
+    if constexpr (Mode == SweepMode::kUnit) {
+      return _mm_mul_ps(b, inverse);
+    } else if constexpr (Mode == SweepMode::kHold) {
+      target = _mm_mul_ps(b, _mm_mul_ps(_mm_sqrt_ps(part_norms2(old)), inverse));
+    } else {
+      // The positive root of D s - b + 2 eps s (s^2 - 1) by Newton from above, where the function
+      // is convex: one step from the old norm lands above the root (or is cut off at an upper
+      // bound), the others descend to it.
+      const __m128 eps2 = _mm_set1_ps(2.0F * eps);
+      const __m128 eps4 = _mm_add_ps(eps2, eps2);
+      const __m128 eps6 = _mm_add_ps(eps4, eps2);
+      const __m128 slope = _mm_sub_ps(d, eps2);
+      const __m128 upper = _mm_max_ps(one, _mm_div_ps(norm, _mm_max_ps(d, tiny)));
+      const auto newton = [&](__m128 s2, __m128 s, __m128 denominator) {
+        return _mm_div_ps(_mm_add_ps(_mm_mul_ps(_mm_mul_ps(eps4, s2), s), norm), denominator);
+      };
+      const __m128 old2 = part_norms2(old);
+      const __m128 first = _mm_add_ps(_mm_mul_ps(eps6, old2), slope);
+      const __m128 usable = _mm_cmpgt_ps(first, _mm_setzero_ps());
+      const __m128 stepped = _mm_min_ps(upper, newton(old2, _mm_sqrt_ps(old2), first));
+      __m128 s = _mm_or_ps(_mm_and_ps(usable, stepped), _mm_andnot_ps(usable, upper));
+      for (int k = 0; k < 2; ++k) {
+        const __m128 s2 = _mm_mul_ps(s, s);
+        s = newton(s2, s, _mm_max_ps(_mm_add_ps(_mm_mul_ps(eps6, s2), slope), tiny));
+      }
+      s = _mm_max_ps(s, _mm_set1_ps(kLeastNorm));
+      target = _mm_mul_ps(b, _mm_mul_ps(s, inverse));
+    }
+  }
+  return _mm_add_ps(old, _mm_mul_ps(_mm_set1_ps(omega), _mm_sub_ps(target, old)));
 }
 
 template <SweepMode Mode>
@@ -120,52 +121,40 @@ struct Node<PairBlock, Mode> {
                      const PairBlock::Coefficient* c, std::uint32_t degree, PairValue* x,
                      PairValue& xi, float omega) {
     float* const xr = reinterpret_cast<float*>(&xi);
-    const __m128 old = _mm_loadu_ps(xr);
     const __m128 row = _mm_add_ps(pair_row(neighbor, c, degree, x),
                                   _mm_loadu_ps(reinterpret_cast<const float*>(&term.rhs)));
-    const __m128 one = _mm_set1_ps(1.0F);
-    const __m128 tiny = _mm_set1_ps(kTiny);
     const __m128 d =
         _mm_set_ps(term.diagonal[1], term.diagonal[1], term.diagonal[0], term.diagonal[0]);
-    __m128 target;
-    if constexpr (Mode == SweepMode::kLinear) {
-      const __m128 whole = _mm_add_ps(d, _mm_set1_ps(term.eps));
-      const __m128 usable = _mm_cmpgt_ps(whole, _mm_setzero_ps());
-      const __m128 quotient = _mm_div_ps(row, _mm_max_ps(whole, tiny));
-      target = _mm_or_ps(_mm_and_ps(usable, quotient), _mm_andnot_ps(usable, old));
-    } else {
-      const __m128 b = _mm_add_ps(row, _mm_mul_ps(_mm_set1_ps(kKeep), old));
-      const __m128 norm = _mm_sqrt_ps(part_norms2(b));
-      const __m128 inverse = _mm_div_ps(one, _mm_max_ps(norm, tiny));
-      if constexpr (Mode == SweepMode::kUnit) {
-        _mm_storeu_ps(xr, _mm_mul_ps(b, inverse));
-        return;
-      } else if constexpr (Mode == SweepMode::kHold) {
-        target = _mm_mul_ps(b, _mm_mul_ps(_mm_sqrt_ps(part_norms2(old)), inverse));
-      } else {
-        // penalised_norm(), lane by lane.
-        const __m128 eps2 = _mm_set1_ps(2.0F * term.eps);
-        const __m128 eps4 = _mm_add_ps(eps2, eps2);
-        const __m128 eps6 = _mm_add_ps(eps4, eps2);
-        const __m128 slope = _mm_sub_ps(d, eps2);
-        const __m128 upper = _mm_max_ps(one, _mm_div_ps(norm, _mm_max_ps(d, tiny)));
-        const auto newton = [&](__m128 s2, __m128 s, __m128 denominator) {
-          return _mm_div_ps(_mm_add_ps(_mm_mul_ps(_mm_mul_ps(eps4, s2), s), norm), denominator);
-        };
-        const __m128 old2 = part_norms2(old);
-        const __m128 first = _mm_add_ps(_mm_mul_ps(eps6, old2), slope);
-        const __m128 usable = _mm_cmpgt_ps(first, _mm_setzero_ps());
-        const __m128 stepped = _mm_min_ps(upper, newton(old2, _mm_sqrt_ps(old2), first));
-        __m128 s = _mm_or_ps(_mm_and_ps(usable, stepped), _mm_andnot_ps(usable, upper));
-        for (int k = 0; k < 2; ++k) {
-          const __m128 s2 = _mm_mul_ps(s, s);
-          s = newton(s2, s, _mm_max_ps(_mm_add_ps(_mm_mul_ps(eps6, s2), slope), tiny));
-        }
-        s = _mm_max_ps(s, _mm_set1_ps(kLeastNorm));
-        target = _mm_mul_ps(b, _mm_mul_ps(s, inverse));
-      }
+    _mm_storeu_ps(xr, settled<Mode>(row, _mm_loadu_ps(xr), d, term.eps, omega));
+  }
+};
+
+inline __m128 load_complex(const Complex* z) {
+  return _mm_loadl_pi(_mm_setzero_ps(), reinterpret_cast<const __m64*>(z));
+}
+
+// One complex part in the lower half of a register, the upper is zero. Values are stored whole: two
+// halves would have to reach the cache before the next node's load of both.
+template <SweepMode Mode>
+struct Node<ComplexBlock, Mode> {
+  static void update(const NodeTerm<ComplexBlock>& term, const std::uint32_t* neighbor,
+                     const ComplexBlock::Coefficient* c, std::uint32_t degree, Complex* x,
+                     Complex& xi, float omega) {
+    // (sum re x_re, sum re x_im, sum im x_im, sum im x_re)
+    __m128 sum = _mm_setzero_ps();
+    for (std::uint32_t e = 0; e < degree; ++e) {
+      const __m128 z = load_complex(&c[e].c);
+      const __m128 v = load_complex(x + neighbor[e]);
+      sum = _mm_add_ps(
+          sum, _mm_mul_ps(_mm_unpacklo_ps(z, z), _mm_shuffle_ps(v, v, _MM_SHUFFLE(0, 1, 1, 0))));
     }
-    _mm_storeu_ps(xr, _mm_add_ps(old, _mm_mul_ps(_mm_set1_ps(omega), _mm_sub_ps(target, old))));
+    const __m128 crossed =
+        _mm_xor_ps(_mm_movehl_ps(_mm_setzero_ps(), sum), bits(pair_lanes::kRealSign));
+    const __m128 straight = _mm_movelh_ps(sum, _mm_setzero_ps());
+    const __m128 row = _mm_add_ps(_mm_add_ps(straight, crossed), load_complex(&term.rhs));
+    const __m128 d = _mm_set1_ps(term.diagonal[0]);
+    const __m128 next = settled<Mode>(row, load_complex(&xi), d, term.eps, omega);
+    _mm_storel_pi(reinterpret_cast<__m64*>(&xi), next);
   }
 };
 

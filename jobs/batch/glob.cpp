@@ -148,7 +148,7 @@ bool glob_match(std::string_view pattern, std::string_view path) {
       do {
         ++deep_s;
       } while (folders && deep_s < path.size() && path[deep_s - 1] != '/');
-      if (folders && deep_s == path.size()) {
+      if (folders && deep_s == path.size() && path.back() != '/') {
         return false;
       }
       p = deep;

@@ -214,6 +214,8 @@ void read_json_lines(const std::string& file, std::string_view text, const Colum
       throw UsageError(fmt::format(
           "{}: this is no JSON (byte {}). Write one object a line, like {{\"path\": \"a.ply\"}}.",
           row.place, e.byte));
+    } catch (const Json::out_of_range&) {
+      throw UsageError(row.place + ": a number is too large. Correct it.");
     }
     if (!object.is_object()) {
       throw UsageError(row.place +

@@ -27,7 +27,7 @@ SAMPLES = ("3holes.off", "bun_zipper.ply", "bunny25k.obj", "demosthenes-low-res.
            "fertility.off", "gargoyle.obj", "koala.obj", "nefertiti.obj", "plane_holes.obj",
            "rocker-arm.obj", "spot.obj")
 # Of each kind of damage that tests/end_to_end/bad_input_test.py knows.
-BROKEN = ("empty.ply", "prose.xyz", "garbage.drc", "garbage.gz", "cut_header.ply", "cut.ply", "cut.obj",
+BROKEN = ("empty.ply", "prose.obj", "garbage.drc", "garbage.ply", "cut_header.ply", "cut.ply", "cut.obj",
           "cut_binary.stl", "cut.off", "cut.drc", "huge_vertices.ply", "huge.off", "huge.stl",
           "huge_1.drc", "index_0.obj", "points.ply", "all_nan.ply", "utf16.obj", "archive.ply",
           "checksum.ply.gz")
@@ -56,7 +56,9 @@ def make_scans(folder, count, rng):
     (folder / "broken").mkdir()
     for name, content, _ in refused_files():
         if name in BROKEN:
-            broken.append(folder / "broken" / name)
+            # Several would have one output: "cut.ply", "cut.obj".
+            broken.append(folder / "broken" / Path(name).suffix[1:] / name)
+            broken[-1].parent.mkdir(exist_ok=True)
             broken[-1].write_bytes(content)
     assert len(broken) == len(BROKEN)
     commands = []
@@ -92,15 +94,16 @@ def single_runs(scans, folder):
 
 def command(scans, out, args, *more):
     return [str(w) for w in (RATTAN, "batch", scans, "-o", out, "--threads", args.threads,
-                             "--memory", args.memory, "--include", "*", *more)]
+                             "--memory", args.memory, *more)]
 
 
 def undisturbed(scans, out, args):
     """Wall seconds."""
     most = [0]
     began = time.monotonic()
-    batch = subprocess.Popen(command(scans, out, args), stdout=subprocess.DEVNULL,
-                             stderr=subprocess.DEVNULL)
+    said = out.parent / "said.txt"
+    with said.open("wb") as errors:
+        batch = subprocess.Popen(command(scans, out, args), stdout=subprocess.DEVNULL, stderr=errors)
 
     def watch():
         while batch.returncode is None:
@@ -113,12 +116,17 @@ def undisturbed(scans, out, args):
     batch.returncode = os.waitstatus_to_exitcode(status)
     watcher.join()
     check(batch.returncode == 3, f"exit code {batch.returncode} of a batch with broken scans is 3")
+    if batch.returncode == 2:
+        sys.exit(said.read_text())
     outside = (used.ru_utime + used.ru_stime) / (wall * args.threads)
     end = [r for r in checks.journal(out) if r["event"] == "batch" and r["action"] == "end"][-1]
     inside = end["cpu_seconds"] / (end["seconds"] * args.threads)
     check(outside > args.least_use and inside > args.least_use,
           f"{100 * outside:.1f} % of {args.threads} processors used as seen from outside, "
           f"{100 * inside:.1f} % by the batch's own record, in {wall:.1f} s")
+    busy = sum(e["seconds"] for tries in checks.attempts(out).values() for _, e in tries)
+    print(f"      {100 * busy / (end['seconds'] * args.threads):.1f} % of the time of {args.threads} "
+          "threads given to scans")
     budget = parse_bytes(args.memory)
     check(most[0] <= budget, f"{most[0] / 2**20:.0f} MiB of all processes at most, of "
                              f"{budget / 2**20:.0f} allowed")

@@ -13,6 +13,7 @@ import unittest
 from pathlib import Path
 
 BENCH = os.environ.get("RATTAN_BENCH") or str(Path(os.environ["RATTAN"]).parent / "rattan-bench")
+KERNELS = Path(BENCH + "-kernels")
 STAGES = ["ingest", "field", "parameterize", "extract", "quadrangulate", "optimise", "verify",
           "write"]
 
@@ -163,6 +164,55 @@ class Bench(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertRegex(done.stdout, r"(?m)^remesh/triangles:3000/threads:1 +\d")
         self.assertIn("only in the old: remesh/triangles:6000/threads:2", done.stdout)
+
+    def test_a_batch_beside_a_loop(self):
+        path = self.folder / "batch.json"
+        done = bench("--sizes", "3000", "--threads", 2, "--batch", 3, "--repeats", 2,
+                     "--directory", self.scans, "--json", path)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        document = json.loads(path.read_text())
+        runs = {}
+        for entry in document["benchmarks"]:
+            if entry["run_type"] == "iteration":
+                runs.setdefault(entry["run_name"], []).append(entry)
+        batches = runs["batch/scans:3/triangles:3000/threads:2"]
+        loops = runs.get("draco_encoder_loop/scans:3/triangles:3000", [])
+        self.assertEqual(len(batches), 2)
+        self.assertEqual(len(loops), 2 if shutil.which("draco_encoder") else 0)
+        for batch in batches + loops:
+            self.assertAlmostEqual(batch["scans_per_second"] * batch["real_time"], 3)
+            self.assertAlmostEqual(batch["items_per_second"] * batch["real_time"], 9000, delta=90)
+            self.assertAlmostEqual(batch["cpu_use"] * batch["real_time"], batch["cpu_time"])
+        for batch, loop in zip(batches, loops):
+            self.assertAlmostEqual(batch["times_draco_encoder"],
+                                   batch["real_time"] / loop["real_time"])
+        self.assertRegex(done.stdout, r"(?m)^batch of 3 scans of 3000 triangles, 2 threads")
+        self.assertRegex(done.stdout, r"[\d.]+ scans/s, [\d.]+ % of 2 processors in use")
+        self.assertEqual(len(list((self.scans / "batch_3x3000").glob("*.ply"))), 3)
+        self.assertFalse((self.scans / "batch.out").exists())
+
+    @unittest.skipUnless(KERNELS.exists(), "built without Google Benchmark")
+    def test_kernels(self):
+        path = self.folder / "kernels.json"
+        done = subprocess.run([KERNELS, "--triangles=3000", "--benchmark_min_time=0.0001",
+                               "--benchmark_out_format=json", f"--benchmark_out={path}"],
+                              capture_output=True, text=True, timeout=100)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        document = json.loads(path.read_text())
+        self.assertEqual(document["context"]["triangles"], "3000")
+        self.assertEqual(document["context"]["rattan_commit"],
+                         self.document["context"]["rattan_commit"])
+        names = [b["name"].split("/")[0] for b in document["benchmarks"]]
+        self.assertEqual(set(names), {"ingest", "exact_math", "store", "memory", "solve", "field",
+                                      "param", "extract", "remesh"})
+        for benchmark in document["benchmarks"]:
+            self.assertNotIn("error_occurred", benchmark)
+            self.assertGreater(benchmark["items_per_second"], 0)
+        text = self.compare(document, document)
+        self.assertIn(f"{len(names)} figures: 0 better, 0 worse", text)
+        self.assertIn(" GiB, ", text)
+        done = subprocess.run([KERNELS, "--colour"], capture_output=True)
+        self.assertEqual(done.returncode, 2)
 
     def test_errors(self):
         text = self.folder / "text.json"

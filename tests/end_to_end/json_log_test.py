@@ -115,9 +115,7 @@ class JsonLog(unittest.TestCase):
         self.assertEqual(json_bytes.read_bytes(), self.out.read_bytes())
 
     def test_warnings(self):
-        square = self.folder / "square.obj"
-        square.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 4 3\n")
-        events = self.events(square, "-o", self.out, "--faces", "1", code=0)
+        events = self.events(self.scan, "-o", self.out, "--faces", "1", code=0)
         warnings = [e for e in events if e["event"] == "warning"]
         self.assertTrue(any("instead of 1" in w["text"] for w in warnings), warnings)
 

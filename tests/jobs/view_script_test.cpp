@@ -206,6 +206,10 @@ TEST(ViewScript, ReducesLargeMeshesAndKeepsTheirShape) {
     }
   }
   EXPECT_NEAR(after / before, 1.0, 0.04);
+  // One normal a vertex.
+  EXPECT_EQ(decoded.head["normals"].get<std::string>().size(),
+            (2 * decoded.positions.size() + 2) / 3 * 4);
+  EXPECT_FALSE(decode(view_script(cube(), "c")).head.contains("normals"));
   const Vec3d middle = middle_of(mesh);
   Vec3d extent = Vec3d::Zero();
   for (const Vec3d& p : mesh.positions) {

@@ -67,13 +67,16 @@ Json context() {
 #else
   j["library_build_type"] = "debug";
 #endif
-  j["cpu_model"] = proc_value("/proc/cpuinfo", "model name");
-  j["memory_bytes"] = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) *
-                      static_cast<std::uint64_t>(sysconf(_SC_PAGE_SIZE));
-  j["kernel"] = std::string(system.sysname) + " " + system.release;
-  j["rattan_version"] = version();
-  j["rattan_commit"] = commit();
+  j.update(machine_context());
   return j;
+}
+
+/// Google Benchmark keeps what programs add as text.
+double number(const Json& context, const char* name) {
+  const auto found = context.find(name);
+  return found == context.end() ? 0.0
+         : found->is_string()   ? std::strtod(found->get<std::string>().c_str(), nullptr)
+                                : found->get<double>();
 }
 
 void add_values(Json& entry, const Measure& m) {
@@ -107,6 +110,19 @@ Measure aggregate(const std::vector<Measure>& repeats, const Choose& choose) {
 }
 
 }  // namespace
+
+Json machine_context() {
+  utsname system{};
+  uname(&system);
+  Json j;
+  j["cpu_model"] = proc_value("/proc/cpuinfo", "model name");
+  j["memory_bytes"] = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) *
+                      static_cast<std::uint64_t>(sysconf(_SC_PAGE_SIZE));
+  j["kernel"] = std::string(system.sysname) + " " + system.release;
+  j["rattan_version"] = version();
+  j["rattan_commit"] = commit();
+  return j;
+}
 
 Spread spread(std::vector<double> values) {
   std::sort(values.begin(), values.end());
@@ -169,7 +185,7 @@ std::string describe_context(const Json& document) {
   const Json context = document.value("context", Json::object());
   return fmt::format("{} x {}, {:.0f} GiB, load {:.1f}, Rattan {} {}, {}",
                      context.value("num_cpus", 0), context.value("cpu_model", "unknown processor"),
-                     context.value("memory_bytes", 0.0) / (1 << 30),
+                     number(context, "memory_bytes") / (1 << 30),
                      context.contains("load_avg") && !context["load_avg"].empty()
                          ? context["load_avg"][0].get<double>()
                          : 0.0,

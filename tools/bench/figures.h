@@ -39,6 +39,9 @@ Spread seconds_of(const std::vector<Measure>& repeats);
 /// repeat, and of several their least, median and largest.
 nlohmann::ordered_json benchmark_json(const std::vector<Figure>& figures);
 
+/// Of this machine and program, what Google Benchmark doesn't tell itself.
+nlohmann::ordered_json machine_context();
+
 /// "2 x AMD EPYC, 16 GiB, Rattan 0.1.0 abcdef": a document's context in a line.
 std::string describe_context(const nlohmann::ordered_json& document);
 

@@ -165,9 +165,11 @@ TimedCommand batch_once(const ThroughputOptions& options, const fs::path& scans,
     words.push_back(std::move(word));
   }
   const TimedCommand command = run_or_throw(words);
-  const auto made = std::count_if(
-      fs::recursive_directory_iterator(out), fs::recursive_directory_iterator(),
-      [](const fs::directory_entry& entry) { return entry.path().extension() == ".drc"; });
+  const auto made =
+      std::count_if(fs::recursive_directory_iterator(out), fs::recursive_directory_iterator(),
+                    [](const fs::directory_entry& entry) {
+                      return entry.is_regular_file() && entry.path().extension() == ".drc";
+                    });
   if (made != row.scans) {
     throw ResourceError(fmt::format("{} of {} outputs are there after: {}", made, row.scans,
                                     fmt::join(words, " ")));

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <charconv>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
+#include <optional>
 #include <sched.h>
+#include <span>
 #include <string>
 #include <string_view>
 #include <unistd.h>
@@ -16,9 +19,12 @@
 #include "jobs/batch/batch_run.h"
 #include "jobs/batch/batch_status.h"
 #include "jobs/batch/manifest.h"
+#include "jobs/batch/metrics.h"
 #include "jobs/batch/shards.h"
 #include "jobs/memory_share.h"
+#include "jobs/report_page/report_page.h"
 #include "tools/rattan/batch_console.h"
+#include "tools/rattan/batch_json_log.h"
 #include "tools/rattan/batch_selection.h"
 #include "tools/rattan/batch_table.h"
 #include "tools/rattan/commands.h"
@@ -34,6 +40,8 @@ struct Arguments {
   std::string write_manifest;
   std::string shard;
   std::string status;
+  std::string metrics;
+  std::string report;
   bool no_report = false;
   bool dry_run = false;
   bool json = false;
@@ -74,6 +82,9 @@ void add_batch_options(CLI::App& app, Arguments& args) {
       ->group("Run");
   app.add_flag("--no-report", args.no_report, "no report.html, thumbnails and 3D views")
       ->group("Run");
+  app.add_option("--metrics", args.metrics, "keep figures for Prometheus in a text file")
+      ->type_name("FILE")
+      ->group("Run");
   auto* quiet = app.add_flag("--quiet", args.quiet, "only warnings and errors")->group("Run");
   app.add_flag("--verbose", args.verbose, "a line for every scan")->excludes(quiet)->group("Run");
 }
@@ -83,6 +94,10 @@ void add_look_options(CLI::App& app, Arguments& args) {
       app.add_option("--status", args.status, "say how the batch in DIR stands, and stop")
           ->type_name("DIR")
           ->group("Look");
+  app.add_option("--report", args.report, "write report.html and report.json of DIR, and stop")
+      ->type_name("DIR")
+      ->excludes(status)
+      ->group("Look");
   app.add_flag("--json", args.json, "the status as JSON")->needs(status)->group("Look");
 }
 
@@ -148,8 +163,31 @@ int write_selection(const std::vector<BatchItem>& items, const std::string& file
   return kExitDone;
 }
 
+// Where the page is, for people.
+void report(const std::string& directory, std::span<const BatchItem> items, bool quiet) {
+  const ReportTotals totals = write_batch_report(directory, items);
+  if (!quiet) {
+    fmt::print("{}: {} of {} scan{} done\n",
+               (std::filesystem::path(directory) / "report.html").string(),
+               totals.with(ScanStatus::kDone), totals.scans, totals.scans == 1 ? "" : "s");
+  }
+}
+
+int run_and_report(const std::vector<BatchItem>& items, const Arguments& args, bool quiet) {
+  const int exit = run_batch(items, args.run);
+  // Parts of a batch would write over each other's page: --report makes it, once all are through.
+  if (!args.no_report && args.run.shards == 0) {
+    report(args.run.directory, items, quiet);
+  }
+  return exit;
+}
+
 int run(Arguments& args, JsonLog* log) {
   const BatchSelection& selection = args.selection;
+  if (!args.report.empty()) {
+    report(args.report, {}, args.quiet || log != nullptr);
+    return kExitDone;
+  }
   if (!args.status.empty()) {
     const BatchStatus status = read_batch_status(args.status);
     if (args.json) {
@@ -191,14 +229,25 @@ int run(Arguments& args, JsonLog* log) {
   if (args.dry_run) {
     return dry_run(items, args.run);
   }
+  std::optional<BatchMetrics> metrics;
+  if (!args.metrics.empty()) {
+    BatchMetrics::Labels labels = {{"directory", selection.directory}};
+    if (shard.parts > 0) {
+      labels.emplace_back("shard", args.shard);
+    }
+    metrics.emplace(args.metrics, std::move(labels));
+    args.run.observers.push_back(&*metrics);
+  }
   if (log != nullptr) {
-    return run_batch(items, args.run);
+    BatchJsonLog events(*log, selection.directory, args.quiet);
+    args.run.observers.push_back(&events);
+    return run_and_report(items, args, true);
   }
   BatchConsole console(args.quiet     ? Verbosity::kQuiet
                        : args.verbose ? Verbosity::kVerbose
                                       : Verbosity::kNormal);
-  args.run.observers = {&console};
-  return run_batch(items, args.run);
+  args.run.observers.push_back(&console);
+  return run_and_report(items, args, args.quiet);
 }
 
 }  // namespace
@@ -211,7 +260,15 @@ void add_batch_command(CLI::App& app, Action& action, JsonLog* log) {
   add_batch_options(*command, *args);
   add_look_options(*command, *args);
   add_log_format_option(*command);
-  command->callback([args, log, &action] { action = [args, log] { return run(*args, log); }; });
+  command->callback([args, log, &action] {
+    action = [args, log] {
+      const int exit = run(*args, log);
+      if (log != nullptr) {
+        log->end(exit);
+      }
+      return exit;
+    };
+  });
 }
 
 }  // namespace rattan

@@ -82,6 +82,7 @@ class Selector {
     if (items_.empty()) {
       refuse_nothing();
     }
+    named_ = {};  // a hundred bytes a scan
     std::sort(items_.begin(), items_.end(), [](const BatchItem& a, const BatchItem& b) {
       return a.id != b.id ? a.id < b.id : a.scan < b.scan;
     });

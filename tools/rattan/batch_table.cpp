@@ -44,7 +44,9 @@ std::string printable(const std::string& name) {
 }  // namespace
 
 double item_cost(const BatchItem& item) {
-  return item.cost > 0.0 ? item.cost : forecast(item).cpu_seconds;
+  // A guess in milliseconds is precise enough, and readable in a manifest.
+  return item.cost > 0.0 ? item.cost
+                         : std::max(0.001, std::round(1e3 * forecast(item).cpu_seconds) / 1e3);
 }
 
 BatchTable batch_table(std::span<const BatchItem> items, std::span<const Standing> standings,

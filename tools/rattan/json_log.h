@@ -42,11 +42,12 @@ class JsonLog final : public ProgressSink, public JobEvents {
   void error(const std::string& sentence, int exit);
   void end(int exit);
 
- private:
-  using Clock = std::chrono::steady_clock;
-
+  /// A line of another kind: what all have, to be added to and written.
   nlohmann::ordered_json event(const char* name) const;
   void write(const nlohmann::ordered_json& line);
+
+ private:
+  using Clock = std::chrono::steady_clock;
 
   int fd_;
   std::string scan_;

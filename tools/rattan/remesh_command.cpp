@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: MIT
+#include <cstdint>
 #include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <string>
+#include <system_error>
 
 #include <fmt/format.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include "engine/core/resident_memory.h"
 #include "jobs/memory_share.h"
 #include "jobs/remesh_job.h"
 #include "jobs/remesh_plan.h"
@@ -57,6 +61,22 @@ int plan_logged(const RemeshOptions& options, JsonLog& log) {
   return kExitDone;
 }
 
+/// Whether the scan, from the bytes of its file, takes at most half of the memory it may. Files
+/// that are compressed don't tell.
+bool small(const RemeshOptions& options) {
+  constexpr std::uint64_t kProgramBytes = 32U << 20;
+  constexpr std::uint64_t kBytesPerFileByte = 12;
+  const std::filesystem::path scan(options.scan);
+  const std::string format = scan.extension().string();
+  if (format != ".ply" && format != ".obj" && format != ".stl" && format != ".off") {
+    return false;
+  }
+  std::error_code error;
+  const std::uintmax_t bytes = std::filesystem::file_size(scan, error);
+  const std::uint64_t memory = options.memory > 0 ? options.memory : default_memory_share();
+  return !error && bytes < memory && 2 * (kProgramBytes + kBytesPerFileByte * bytes) <= memory;
+}
+
 int run_logged(RemeshOptions options, JsonLog& log) {
   // What is left to the machine is told, too.
   options.memory = options.memory > 0 ? options.memory : default_memory_share();
@@ -88,6 +108,9 @@ int run(const Arguments& args, JsonLog* log) {
   const Verbosity verbosity = args.quiet     ? Verbosity::kQuiet
                               : args.verbose ? Verbosity::kVerbose
                                              : Verbosity::kNormal;
+  if (!args.dry_run && small(o)) {
+    prefer_large_pages();
+  }
   if (log != nullptr) {
     log->set_quiet(args.quiet);
     return args.dry_run ? plan_logged(o, *log) : run_logged(o, *log);

@@ -41,6 +41,8 @@ TEST(MeasureQuality, OfAGridIsPerfect) {
   EXPECT_NEAR(q.mean_edge_length, 1, 1e-14);
   EXPECT_NEAR(q.edge_length_variation, 0, 1e-7);
   EXPECT_EQ(q.bad_quads, 0U);
+  EXPECT_NEAR(q.stretch, 1, 1e-14);
+  EXPECT_NEAR(q.shear, 0, 1e-14);
 }
 
 TEST(MeasureQuality, OfAStretchedGridAndACube) {
@@ -51,6 +53,8 @@ TEST(MeasureQuality, OfAStretchedGridAndACube) {
   const MeshQuality q = measure_quality(wide);
   EXPECT_NEAR(q.mean_edge_length, 2, 1e-14);
   EXPECT_NEAR(q.edge_length_variation, 0.5, 1e-12);
+  EXPECT_NEAR(q.stretch, std::sqrt(5.0 / 3.0), 1e-14);  // (9 + 1) / 2 over an area of 3
+  EXPECT_NEAR(q.shear, 0, 1e-14);
   const MeshQuality cube = measure_quality(slab(0));
   EXPECT_EQ(cube.irregular_vertices, 8U);
   PolygonMesh sheared = grid(1, 1);
@@ -58,6 +62,8 @@ TEST(MeasureQuality, OfAStretchedGridAndACube) {
   sheared.positions[3].x() += 1;
   EXPECT_NEAR(measure_quality(sheared).mean_corner_deviation, 45, 1e-12);
   EXPECT_NEAR(measure_quality(sheared).mean_scaled_jacobian, std::sqrt(0.5), 1e-14);
+  EXPECT_NEAR(measure_quality(sheared).shear, std::sqrt(0.5), 1e-14);
+  EXPECT_NEAR(measure_quality(sheared).stretch, std::sqrt(1.5), 1e-14);
 }
 
 }  // namespace

@@ -41,5 +41,17 @@ TEST(Sha256, DoesNotDependOnThePieces) {
   }
 }
 
+TEST(Sha256, PlainCodeGivesTheSameAsTheProcessor) {
+  std::string text;
+  for (int i = 0; i < 1000; ++i) {
+    text += static_cast<char>(i * i * 31 + i);
+    Sha256 usual;
+    Sha256 plain{Sha256::Plain()};
+    usual.update(std::as_bytes(std::span(text)));
+    plain.update(std::as_bytes(std::span(text)));
+    ASSERT_EQ(usual.hex_digest(), plain.hex_digest()) << text.size();
+  }
+}
+
 }  // namespace
 }  // namespace rattan

@@ -2,6 +2,7 @@
 #include "jobs/batch/manifest.h"
 
 #include <memory>
+#include <random>
 #include <string>
 #include <utility>
 #include <vector>
@@ -116,10 +117,52 @@ TEST_F(Manifest, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(json_error("{\"path\":\"a\",\"faces\":{\"x\":1}}\n"),
               HasSubstr("'faces' has a value"));
   EXPECT_THAT(json_error("{\"path\":\"a\",\"faces\":[[1]]}\n"), HasSubstr("'faces' has a value"));
+  EXPECT_THAT(json_error("{\"path\":\"a\",\"faces\":1e999}\n"), HasSubstr("line 1: a number"));
   EXPECT_THAT(json_error("{\"faces\":1}\n"), HasSubstr("names no scan"));
   EXPECT_THAT(json_error("{\"path\":\"a\\u0000b\"}\n"), HasSubstr("zero byte"));
   EXPECT_THAT(json_error("{\"path\":\"a\xff\"}\n"), HasSubstr("line 1"));
   EXPECT_THROW(rows(folder_ / "none.csv"), InputError);
+}
+
+// Whatever is in the file: rows, or a sentence with file and line.
+TEST_F(Manifest, DamageIsSaid) {
+  const std::string texts[] = {
+      "path,output,cost,faces\r\n\"a,b.ply\",x.drc,1.5,\"50k,10k\"\r\nc.ply,,,\r\n",
+      "{\"path\":\"a.ply\",\"cost\":1e3,\"faces\":[5,\"10k\"]}\n{\"path_hex\":\"61e9\",\"ratio\":0."
+      "1}\n"};
+  std::mt19937 random(11);
+  int refused = 0;
+  for (int k = 0; k < 4000; ++k) {
+    const bool as_csv = k % 2 == 0;
+    std::string text = texts[as_csv ? 0 : 1];
+    for (std::size_t n = 1 + random() % 3; n > 0 && !text.empty(); --n) {
+      const std::size_t at = random() % text.size();
+      switch (random() % 4) {
+        case 0:
+          text[at] = static_cast<char>(random() % 256);
+          break;
+        case 1:
+          text.erase(at, 1 + random() % 9);
+          break;
+        case 2:
+          text.insert(at, 1, "\",{}[]:9e\n"[random() % 10]);
+          break;
+        default:
+          text.resize(at);
+      }
+    }
+    const std::string file = as_csv ? csv(text) : json(text);
+    try {
+      for (const ManifestRow& row : rows(file)) {
+        ASSERT_FALSE(row.path.empty());
+        ASSERT_GE(row.cost, 0.0);
+      }
+    } catch (const UsageError& e) {
+      ++refused;
+      ASSERT_THAT(e.what(), ::testing::StartsWith(file + ": "));
+    }
+  }
+  EXPECT_GT(refused, 1000);
 }
 
 std::shared_ptr<const ItemOptions> with(std::vector<std::string> words) {

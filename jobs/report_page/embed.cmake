@@ -1,0 +1,27 @@
+# cmake -DOUTPUT=FILE -DPAGE=FILE -DSTYLE=FILE -DSCRIPTS=A,B,... -P embed.cmake
+# Writes the page's files as constants of a C++ source.
+function(constant name)
+  set(text "")
+  foreach(file ${ARGN})
+    file(READ "${file}" part)
+    string(APPEND text "${part}")
+  endforeach()
+  # Compilers take string literals of 64 KiB and more, but no standard says so: pieces of 8,000.
+  set(literals "")
+  string(LENGTH "${text}" length)
+  set(at 0)
+  while(at LESS length)
+    string(SUBSTRING "${text}" ${at} 8000 piece)
+    string(APPEND literals "\n  R\"page_text(${piece})page_text\"")
+    math(EXPR at "${at} + 8000")
+  endwhile()
+  set(source "${source}const std::string_view ${name} =${literals};\n\n" PARENT_SCOPE)
+endfunction()
+
+string(REPLACE "," ";" SCRIPTS "${SCRIPTS}")
+set(source "#include \"jobs/report_page/page_assets.h\"\n\nnamespace rattan::page_assets {\n\n")
+constant(kPage "${PAGE}")
+constant(kStyle "${STYLE}")
+constant(kScript ${SCRIPTS})
+string(APPEND source "}  // namespace rattan::page_assets\n")
+file(WRITE "${OUTPUT}" "${source}")
