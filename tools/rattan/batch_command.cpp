@@ -176,9 +176,9 @@ void report(const std::string& directory, std::span<const BatchItem> items, bool
 
 int run_and_report(const std::vector<BatchItem>& items, const Arguments& args, bool quiet) {
   const int exit = run_batch(items, args.run);
-  if (!args.no_report) {
-    // A part of the batch doesn't know what else is pending; the journal knows how much.
-    report(args.run.directory, args.run.shards > 0 ? std::span<const BatchItem>() : items, quiet);
+  // Parts of a batch would write over each other's page: --report makes it, once all are through.
+  if (!args.no_report && args.run.shards == 0) {
+    report(args.run.directory, items, quiet);
   }
   return exit;
 }
