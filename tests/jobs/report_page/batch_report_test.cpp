@@ -136,7 +136,7 @@ TEST(BatchReport, FindsThePicturesOfSeveralSizes) {
   }
   folder.write("report/{n}.drc/report.json", R"({"options": {"faces": [500, 20000]}})");
   for (const char* name :
-       {"thumbnail-500.png", "thumbnail-20k.png", "view-500.js", "view-20k.js"}) {
+       {"thumbnail-500.png", "thumbnail-20000.png", "view-500.js", "view-20000.js"}) {
     folder.write(std::string("report/{n}.drc/") + name);
   }
   const BatchReport report = read_batch_report(folder.path());
