@@ -32,7 +32,7 @@ class Browser:
         arguments = ["--headless=new", "--hide-scrollbars", f"--window-size={width},{height}",
                      "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
                      "--disable-background-networking", "--no-first-run",
-                     f"--user-data-dir={self.profile.name}"]
+                     f"--user-data-dir={self.profile.name}", "about:blank"]
         if os.geteuid() == 0:
             arguments.append("--no-sandbox")
         made = self._call("POST", "/session", {"capabilities": {"alwaysMatch": {
@@ -45,6 +45,9 @@ class Browser:
                      deviceScaleFactor=2 if phone else 1, mobile=phone)
         self.command("Emulation.setEmulatedMedia", features=[
             {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}])
+
+        self.open("about:blank")
+        self.requests()  # of the browser itself
 
     def __enter__(self):
         return self

@@ -21,7 +21,7 @@ const scans = data.rows.map((row, place) => {
   scan.folder = "report/" + scan.link + "/";
   scan.repairs = scan.repairs || [];
   scan.warnings = scan.warnings || [];
-  scan.outputs = scan.outputs || (scan.status === "done" ? [scan.id] : []);
+  scan.outputs = scan.outputs || (scan.status === "done" ? [[scan.id, scan.link]] : []);
   scan.quad_share = scan.faces > 0 ? scan.quads / scan.faces : null;
   scan.rate = scan.triangles !== null && scan.seconds > 0 ? scan.triangles / scan.seconds : null;
   const most = (a, b) => (a === null || b === null ? null : Math.max(a, b));

@@ -21,7 +21,7 @@ class ScanTable {
     this.table.style.minWidth = columns.reduce((sum, c) => sum + c.width, 0) + "px";
     box.replaceChildren(this.table);
     box.addEventListener("scroll", () => this.draw(), { passive: true });
-    new ResizeObserver(() => this.draw(true)).observe(box);
+    new ResizeObserver(() => this.draw(this.rowHeight() !== this.height)).observe(box);
     box.addEventListener("keydown", (event) => this.key(event));
     this.body.addEventListener("click", (event) => {
       const row = event.target.closest("tr[data-place]");
@@ -88,6 +88,7 @@ class ScanTable {
     for (let i = first; i < end; ++i) rows.push(kept.get(i) || this.row(i));
     this.body.replaceChildren(...rows);
     this.first = first;
+    this.height = height;
     this.end = end;
     const space = (n) => (n > 0 ? [el("tr", {}, el("td", { colspan: columns.length,
       style: `height:${n * height}px` }))] : []);
