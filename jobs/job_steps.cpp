@@ -148,8 +148,9 @@ void JobSteps::save_now() {
 void JobSteps::check_ours() const {
   if (ours_ && !ours_()) {
     throw ResourceError(
-        "Another process took the work directory over while this one was suspended. Let that one "
-        "finish, or give another directory with --work-dir.");
+        directory_ +
+        ": another process took this work directory over while this one was suspended. Let that "
+        "one finish, or give another directory with --work-dir.");
   }
 }
 

@@ -52,8 +52,11 @@ class JobSteps final : public Steps {
   /// Steps from now on give their costs to its stages.
   void attach(StageClock& clock) { clock_ = &clock; }
   CheckpointPolicy& policy() { return policy_; }
-  /// Asked before anything is saved: whether the work directory is still this process's.
-  void save_only_if(std::function<bool()> ours) { ours_ = std::move(ours); }
+  /// `ours` is asked before anything is saved: whether the work directory is still this process's.
+  void save_only_if(std::function<bool()> ours, std::string directory) {
+    ours_ = std::move(ours);
+    directory_ = std::move(directory);
+  }
   /// Throws ResourceError if it isn't.
   void check_ours() const;
 
@@ -105,6 +108,7 @@ class JobSteps final : public Steps {
   StageClock* clock_ = nullptr;
   CheckpointPolicy policy_;
   std::function<bool()> ours_;
+  std::string directory_;
   std::vector<Entry> log_;
   std::size_t next_ = 0;
   std::size_t resumed_ = 0;

@@ -39,6 +39,7 @@ void QuadFinisher::finish() {
     job_.steps.depend_on(fmt::format("pure-quads={} target={:a} crease={:a}",
                                      job_.options.pure_quads, job_.target.faces,
                                      job_.options.crease));
+    job_.steps.before_long_step();
     faces_ = job_.remesh_step("places", [&] {
       place_vertices();
       return face_count(job_.remesh.get());
@@ -52,6 +53,7 @@ void QuadFinisher::finish() {
       }
       return face_count(job_.remesh.get());
     });
+    job_.steps.before_long_step();
     distance_ = job_.remesh_step("distance", [&] {
       PolygonMesh& mesh = job_.remesh.get();
       const DistanceReport distance = measure_distances(mesh, job_.store, job_.mesh, projector(),

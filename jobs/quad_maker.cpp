@@ -95,8 +95,10 @@ bool QuadMaker::draw(double most) {
   job_.steps.depend_on(fmt::format("omega={:a} density={} most={:a} pure-quads={} side={:a}",
                                    omega_, density_, most, job_.options.pure_quads,
                                    job_.target.quad_side));
-  extracted_ = job_.clock.run(
-      "extract", [&] { return job_.steps.run("extract", [&] { return extract(most, cells); }); });
+  extracted_ = job_.clock.run("extract", [&] {
+    job_.steps.before_long_step();
+    return job_.steps.run("extract", [&] { return extract(most, cells); });
+  });
   if (std::isfinite(extracted_.expected_faces)) {
     output_memory_ = job_.budget.reserve(output_bytes(extracted_.expected_faces), "the remesh");
   }

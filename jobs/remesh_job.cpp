@@ -60,6 +60,18 @@ class RecordingProgress final : public ProgressSink {
   std::vector<std::string>& warnings_;
 };
 
+/// The input files, read.
+struct ReadInput {
+  std::vector<std::string> hashes;  ///< of the scan's bytes, and of the directions if there are any
+  IngestRecord ingest;
+};
+
+template <class A>
+void members_of(A& a, ReadInput& r) {
+  a(r.hashes);
+  a(r.ingest);
+}
+
 /// Figures of a remesh that is ready to be written.
 struct Verified {
   MeshTopology topology;
@@ -117,7 +129,7 @@ class RemeshJob {
         maker_(job_),
         finisher_(job_) {
     steps_.attach(clock_);
-    steps_.save_only_if([&lock] { return lock.held(); });
+    steps_.save_only_if([&lock] { return lock.held(); }, work_directory);
     if (options_.checkpoint_seconds) {
       steps_.policy().force(*options_.checkpoint_seconds);
     }
@@ -206,12 +218,23 @@ class RemeshJob {
       inputs += " field=" + directions->text();
     }
     steps_.depend_on(inputs);
-    const std::vector<std::string> hashes = steps_.run("ingest", [&] { return read_input(); });
-    report_.input.sha256 = hashes.at(0);
-    scan.set_hash(hashes.at(0));
+    const ReadInput input = steps_.run("read", [&] { return read_input(); });
+    report_.input.sha256 = input.hashes.at(0);
+    scan.set_hash(input.hashes.at(0));
     if (directions) {
-      field_hash_ = hashes.at(1);
+      field_hash_ = input.hashes.at(1);
     }
+    steps_.before_long_step();
+    const IngestRecord ordered = steps_.run("order", [&] {
+      Ingest ingest(store_, ingest_options(), input.ingest);
+      ingest.order();
+      return ingest.hand_over();
+    });
+    steps_.before_long_step();
+    steps_.run("tiles", [&] {
+      Ingest ingest(store_, ingest_options(), ordered);
+      save_scan_mesh(store_, ingest.finish(tasks_));
+    });
     job_.mesh = load_scan_mesh(store_);
     if (events_ != nullptr) {
       events_->scan_read(job_.mesh.topology);
@@ -219,8 +242,7 @@ class RemeshJob {
     warn_of_repairs(options_.scan, job_.mesh.repaired, progress_);
   }
 
-  // Hashes of the scan's bytes, and of the directions if there are any.
-  std::vector<std::string> read_input() {
+  IngestOptions ingest_options() {
     IngestOptions options;
     options.tile_size = options_.tile_size;
     options.memory_bytes = memory_ / 4;
@@ -229,18 +251,23 @@ class RemeshJob {
     options.merge = options_.merge_vertices ? Merge::kAlways : Merge::kSoup;
     options.drop_components = options_.drop_components;
     options.fill_holes = options_.fill_holes;
-    Ingest ingest(store_, options);
+    return options;
+  }
+
+  ReadInput read_input() {
+    Ingest ingest(store_, ingest_options());
     ScanFileInfo info;
     info.want_sha256 = true;
     read_scan(options_.scan, ingest, &info, {.memory_bytes = memory_ / 2});
-    std::vector<std::string> hashes = {info.sha256};
+    ReadInput read;
+    read.hashes.push_back(info.sha256);
     if (!options_.field.empty()) {
-      hashes.push_back(
+      read.hashes.push_back(
           read_field(options_.field, ingest.vertex_count(),
                      [&](std::span<const VertexDirection> d) { ingest.add_directions(d); }));
     }
-    save_scan_mesh(store_, ingest.finish(tasks_));
-    return hashes;
+    read.ingest = ingest.hand_over();
+    return read;
   }
 
   void compute_fields() {

@@ -21,6 +21,18 @@ namespace rattan {
 
 inline constexpr std::size_t kSpoolBlockBytes = std::size_t{1} << 20;
 
+/// What a finished spool left in the store for another one.
+struct SpoolExtent {
+  std::uint64_t records = 0;
+  std::uint32_t blocks = 0;
+};
+
+template <class A>
+void members_of(A& a, SpoolExtent& e) {
+  a(e.records);
+  a(e.blocks);
+}
+
 /// One block is in memory while writing. Not thread safe. The chunks are erased with the spool.
 template <class T>
 class Spool {
@@ -32,6 +44,12 @@ class Spool {
       : store_(&store),
         field_(std::move(field)),
         block_bytes_(std::max<std::size_t>(1, block_bytes / sizeof(T)) * sizeof(T)) {}
+  /// Takes over what a spool of the same field left with hand_over().
+  Spool(Store& store, std::string field, std::size_t block_bytes, const SpoolExtent& left)
+      : Spool(store, std::move(field), block_bytes) {
+    blocks_ = left.blocks;
+    size_ = left.records;
+  }
   Spool(const Spool&) = delete;
   Spool& operator=(const Spool&) = delete;
   Spool(Spool&& other) noexcept
@@ -91,6 +109,9 @@ class Spool {
       f(view.span());
     }
   }
+
+  /// Leaves the chunks in the store, for a later spool; this one is empty then. Pre: finished.
+  SpoolExtent hand_over() { return {std::exchange(size_, 0), std::exchange(blocks_, 0)}; }
 
   /// Frees the chunks; the spool is then empty and may be written again.
   void erase() {

@@ -47,7 +47,7 @@ constexpr Rgba kWhite{255, 255, 255, 255};
 
 }  // namespace
 
-/// finish() for one width of ids.
+/// order() and finish() for one width of ids.
 template <class Index>
 class IngestRun {
  public:
@@ -58,11 +58,23 @@ class IngestRun {
         options_(in.options_),
         store_(in.store_),
         block_of_(options_.tile_size),
-        order_(store_, options_) {}
+        ids_(store_, "ingest/order", options_.spool_block_bytes, in.state_.order) {}
 
-  ScanMesh run(TaskGraph& graph) {
-    mesh_.repaired.non_finite_vertices = in_.non_finite_;
+  /// Fills in the ingest's state.
+  void order() {
     sort_vertices();
+    in_.state_.order = ids_.hand_over();
+    in_.state_.ordered = true;
+  }
+
+  ScanMesh finish(TaskGraph& graph) {
+    const IngestRecord& state = in_.state_;
+    mesh_.origin = state.origin;
+    mesh_.unit = state.unit;
+    mesh_.has_colours = state.has_colours;
+    mesh_.repaired = state.repaired;
+    ranks_ = state.ranks;
+    blocks_ = static_cast<std::uint32_t>((ranks_ + options_.tile_size - 1) / options_.tile_size);
     distribute_triangles();
     if (home_->done()) {
       throw InputError(options_.input_name, "", "holds no usable triangle",
@@ -134,7 +146,8 @@ class IngestRun {
                                     const std::array<std::uint64_t, 3>& t) const {
     throw InputError(options_.input_name, "triangle " + std::to_string(number),
                      "refers to vertex " + std::to_string(std::max({t[0], t[1], t[2]})) +
-                         ", but there are only " + std::to_string(in_.vertices_) + " vertices",
+                         ", but there are only " + std::to_string(in_.state_.vertices) +
+                         " vertices",
                      "Numbers start at 0 here; check that the file is complete");
   }
 
@@ -142,10 +155,11 @@ class IngestRun {
     std::uint64_t number = 0;
     const auto check = [&](auto block) {
       for (const auto& t : block) {
-        if (std::max({t[0], t[1], t[2]}) >= in_.vertices_) {
+        if (std::max({t[0], t[1], t[2]}) >= in_.state_.vertices) {
           refuse_triangle(number, {t[0], t[1], t[2]});
         }
-        mesh_.repaired.degenerate_triangles += t[0] == t[1] || t[1] == t[2] || t[2] == t[0] ? 1 : 0;
+        in_.state_.repaired.degenerate_triangles +=
+            t[0] == t[1] || t[1] == t[2] || t[2] == t[0] ? 1 : 0;
         ++number;
       }
     };
@@ -154,44 +168,46 @@ class IngestRun {
   }
 
   void sort_vertices() {
+    IngestRecord& state = in_.state_;
+    state.repaired.non_finite_vertices = state.non_finite;
     check_indices();
+    VertexOrder<Index> order(store_, options_, ids_);
     const auto triangles = [&](const auto& f) { for_each_triangle_block(f); };
-    const auto survey = order_.survey(in_.positions_, in_.vertices_, triangles);
+    const auto survey = order.survey(in_.positions_, state.vertices, triangles);
     typename VertexOrder<Index>::Input input{in_.positions_,
                                              in_.colours_.size() > 0 ? &in_.colours_ : nullptr,
-                                             in_.vertices_,
+                                             state.vertices,
                                              survey.box_min,
                                              survey.box_max,
                                              Vec3d::Zero(),
                                              1.0,
                                              options_.merge == Merge::kAlways};
     if (options_.merge == Merge::kSoup &&
-        is_soup(survey.used, in_.triangles_ - mesh_.repaired.degenerate_triangles)) {
+        is_soup(survey.used, state.triangles - state.repaired.degenerate_triangles)) {
       input.weld = true;
-      mesh_.repaired.triangle_soup = 1;
+      state.repaired.triangle_soup = 1;
     }
     if (survey.box_min[0] <= survey.box_max[0]) {
       input.origin = choose_origin(survey.box_min, survey.box_max);
       input.unit = choose_unit(survey.box_min, survey.box_max);
     }
-    mesh_.origin = input.origin;
-    mesh_.unit = input.unit;
-    mesh_.has_colours = input.colours != nullptr;
-    order_.run(input, triangles);
+    state.origin = input.origin;
+    state.unit = input.unit;
+    state.has_colours = input.colours != nullptr;
+    order.run(input, triangles);
     in_.positions_.erase();
     in_.colours_.erase();
-    directed_ = in_.directions_.size() > 0;
-    if (directed_) {
-      ensure(in_.directions_.size() == in_.vertices_, "each vertex has a direction, or none has");
-      rank_directions(store_, in_.directions_, order_.ids(), options_);
+    state.has_directions = in_.directions_.size() > 0;
+    if (state.has_directions) {
+      ensure(in_.directions_.size() == state.vertices, "each vertex has a direction, or none has");
+      rank_directions(store_, in_.directions_, ids_, options_);
       in_.directions_.erase();
     }
-    mesh_.repaired.merged_vertices = order_.merged();
-    if (order_.merged() == 0) {
-      mesh_.repaired.triangle_soup = 0;  // pieces that touch nowhere
+    state.repaired.merged_vertices = order.merged();
+    if (order.merged() == 0) {
+      state.repaired.triangle_soup = 0;  // pieces that touch nowhere
     }
-    ranks_ = order_.ranks();
-    blocks_ = order_.blocks();
+    state.ranks = order.ranks();
   }
 
   std::uint32_t ranks_in(std::uint32_t block) const {
@@ -202,15 +218,16 @@ class IngestRun {
   /// Every triangle in terms of ranks, to the block of its lowest corner and to others it touches.
   void distribute_triangles() {
     const auto memory = static_cast<std::size_t>(options_.memory_bytes / 4);
-    home_.emplace(store_, "ingest/home_run_", BlockOfHome{block_of_}, memory, in_.triangles_);
-    others_.emplace(store_, "ingest/other_run_", BlockOfForeign{}, memory / 2, in_.triangles_ / 8);
-    Reindexer<Index> reindexer(store_, order_.ids(), in_.vertices_, options_.memory_bytes / 4,
+    const std::uint64_t triangles = in_.state_.triangles;
+    home_.emplace(store_, "ingest/home_run_", BlockOfHome{block_of_}, memory, triangles);
+    others_.emplace(store_, "ingest/other_run_", BlockOfForeign{}, memory / 2, triangles / 8);
+    Reindexer<Index> reindexer(store_, ids_, in_.state_.vertices, options_.memory_bytes / 4,
                                options_.spool_block_bytes);
     reindexer.run([&](const auto& f) { for_each_kept_block(f); },
                   [&](std::vector<Triangle>& block) { distribute(block); });
     in_.narrow_.erase();
     in_.wide_.erase();
-    order_.ids().erase();
+    ids_.erase();
     home_->finish();
     others_->finish();
   }
@@ -275,7 +292,7 @@ class IngestRun {
     mesh_.triangles.clear();
     mesh_.topology = {};
     mesh_.repaired.isolated_vertices =
-        in_.vertices_ - in_.non_finite_ - mesh_.repaired.merged_vertices - ranks_;
+        in_.state_.vertices - in_.state_.non_finite - mesh_.repaired.merged_vertices - ranks_;
     std::uint64_t next_triangle = 0;
     PatchJoiner joiner;
     const auto link_memory = static_cast<std::size_t>(options_.memory_bytes / 4);
@@ -408,7 +425,7 @@ class IngestRun {
           if (mesh_.has_colours) {
             s.colours = read(store_, kRankedColour, tile);
           }
-          if (directed_) {
+          if (in_.state_.has_directions) {
             s.directions = read(store_, kRankedDirection, tile);
           }
         },
@@ -445,7 +462,7 @@ class IngestRun {
           if (mesh_.has_colours) {
             write(store_, fields::kColour, tile, a.colours);
           }
-          if (directed_) {
+          if (in_.state_.has_directions) {
             write_directions(tile, s.directions.span(), s.source.span());
           }
           write(store_, fields::kTriangle, tile, a.triangles);
@@ -492,7 +509,7 @@ class IngestRun {
   ScanMesh mesh_;
   std::uint64_t ranks_ = 0;  ///< vertices that are used and finite
   std::uint32_t blocks_ = 0;
-  VertexOrder<Index> order_;
+  Spool<Index> ids_;
   std::optional<ExternalSort<Triangle, BlockOfHome>> home_;
   std::optional<ExternalSort<ForeignTriangle, BlockOfForeign>> others_;
   BorderTable border_;
@@ -500,17 +517,17 @@ class IngestRun {
   std::vector<std::uint64_t> patch_base_;  ///< per block, its first border patch
   std::vector<PatchFate> fates_;
   bool one_sided_ = false;
-  bool directed_ = false;  ///< vertices come with directions
 };
 
-Ingest::Ingest(Store& store, IngestOptions options)
+Ingest::Ingest(Store& store, IngestOptions options, const IngestRecord& left)
     : store_(store),
       options_(std::move(options)),
-      positions_(store, "ingest/raw_position", options_.spool_block_bytes),
-      colours_(store, "ingest/raw_colour", options_.spool_block_bytes),
-      directions_(store, "ingest/raw_direction", options_.spool_block_bytes),
-      narrow_(store, "ingest/raw_triangle", options_.spool_block_bytes),
-      wide_(store, "ingest/raw_wide_triangle", options_.spool_block_bytes),
+      state_(left),
+      positions_(store, "ingest/raw_position", options_.spool_block_bytes, left.positions),
+      colours_(store, "ingest/raw_colour", options_.spool_block_bytes, left.colours),
+      directions_(store, "ingest/raw_direction", options_.spool_block_bytes, left.directions),
+      narrow_(store, "ingest/raw_triangle", options_.spool_block_bytes, left.narrow),
+      wide_(store, "ingest/raw_wide_triangle", options_.spool_block_bytes, left.wide),
       polygons_(store, options_.spool_block_bytes) {
   ensure(options_.tile_size > 0, "a tile holds at least one vertex");
 }
@@ -519,15 +536,15 @@ Ingest::~Ingest() = default;
 
 void Ingest::add_vertices(std::span<const Vec3d> positions) {
   for (const Vec3d& p : positions) {
-    non_finite_ += is_usable(p) ? 0 : 1;
+    state_.non_finite += is_usable(p) ? 0 : 1;
   }
-  vertices_ += positions.size();
+  state_.vertices += positions.size();
   positions_.append(positions);
 }
 
 void Ingest::add_colours(std::span<const Rgba> colours) {
-  ensure(colours.size() <= vertices_, "colours come after their vertices");
-  pad_colours(vertices_ - colours.size());
+  ensure(colours.size() <= state_.vertices, "colours come after their vertices");
+  pad_colours(state_.vertices - colours.size());
   colours_.append(colours);
 }
 
@@ -542,7 +559,7 @@ void Ingest::add_directions(std::span<const VertexDirection> directions) {
 }
 
 void Ingest::add_triangles(std::span<const std::array<std::uint64_t, 3>> triangles) {
-  triangles_ += triangles.size();
+  state_.triangles += triangles.size();
   std::array<std::array<std::uint32_t, 3>, 256> buffer;
   while (!triangles.empty() && wide_.size() == 0) {
     std::size_t count = 0;
@@ -591,25 +608,66 @@ std::uint64_t Ingest::cut_polygons() {
   return counts.duplicates;
 }
 
-ScanMesh Ingest::finish(TaskGraph& graph) {
-  Reservation memory;
-  if (options_.budget != nullptr) {
-    memory = options_.budget->reserve(options_.memory_bytes, "sorting the scan");
+Reservation Ingest::reserve() const {
+  return options_.budget == nullptr
+             ? Reservation()
+             : options_.budget->reserve(options_.memory_bytes, "sorting the scan");
+}
+
+void Ingest::close() {
+  if (state_.closed) {
+    return;
   }
   if (colours_.size() > 0) {
-    pad_colours(vertices_);
+    pad_colours(state_.vertices);
   }
   positions_.finish();
   colours_.finish();
   directions_.finish();
   narrow_.finish();
   wide_.finish();
-  const std::uint64_t duplicates = cut_polygons();
+  state_.repaired.duplicate_triangles = cut_polygons();
+  state_.closed = true;
+}
+
+template <class Work>
+void Ingest::with_ids(const Work& work) {
+  const Reservation memory = reserve();
+  close();
   // One bit of an index is spared for the re-indexing.
-  const bool narrow = !options_.wide_ids && vertices_ < 0x7fffffffU;
-  ScanMesh mesh = narrow ? IngestRun<std::uint32_t>(*this).run(graph)
-                         : IngestRun<std::uint64_t>(*this).run(graph);
-  mesh.repaired.duplicate_triangles += duplicates;
+  if (!options_.wide_ids && state_.vertices < 0x7fffffffU) {
+    IngestRun<std::uint32_t> run(*this);
+    work(run);
+  } else {
+    IngestRun<std::uint64_t> run(*this);
+    work(run);
+  }
+}
+
+void Ingest::order() {
+  ensure(!state_.ordered, "vertices are sorted once");
+  with_ids([](auto& run) { run.order(); });
+}
+
+IngestRecord Ingest::hand_over() {
+  if (!state_.closed) {
+    const Reservation memory = reserve();
+    close();
+  }
+  state_.positions = positions_.hand_over();
+  state_.colours = colours_.hand_over();
+  state_.directions = directions_.hand_over();
+  state_.narrow = narrow_.hand_over();
+  state_.wide = wide_.hand_over();
+  return state_;
+}
+
+ScanMesh Ingest::finish(TaskGraph& graph) {
+  if (!state_.ordered) {
+    order();
+  }
+  ScanMesh mesh;
+  with_ids([&](auto& run) { mesh = run.finish(graph); });
   if (options_.drop_components > 0 || options_.fill_holes > 0) {
     refine_scan(store_, mesh, options_, graph);
   }

@@ -57,11 +57,52 @@ struct IngestOptions {
   bool wide_ids = false;
 };
 
+/// An ingest between two of its parts: small, as the records are in the store.
+struct IngestRecord {
+  std::uint64_t vertices = 0;
+  std::uint64_t triangles = 0;
+  std::uint64_t non_finite = 0;
+  bool closed = false;
+  SpoolExtent positions, colours, directions, narrow, wide;
+  // Once the vertices are in order:
+  bool ordered = false;
+  SpoolExtent order;
+  std::uint64_t ranks = 0;  ///< vertices that are used and finite
+  bool has_colours = false;
+  bool has_directions = false;
+  Vec3d origin = Vec3d::Zero();
+  double unit = 1.0;
+  RepairCounts repaired;  ///< found so far
+};
+
+template <class A>
+void members_of(A& a, IngestRecord& r) {
+  a(r.vertices);
+  a(r.triangles);
+  a(r.non_finite);
+  a(r.closed);
+  a(r.positions);
+  a(r.colours);
+  a(r.directions);
+  a(r.narrow);
+  a(r.wide);
+  a(r.ordered);
+  a(r.order);
+  a(r.ranks);
+  a(r.has_colours);
+  a(r.has_directions);
+  a(r.origin);
+  a(r.unit);
+  a(r.repaired);
+}
+
 /// Add everything, then finish once. Not thread safe. Uses scratch fields "ingest/..." of the store
-/// and erases them.
+/// and erases them. Takes its time in three parts, adding, order() and finish(), between which
+/// hand_over() lets another process take over.
 class Ingest final : public ScanSink {
  public:
-  explicit Ingest(Store& store, IngestOptions options = {});
+  /// `left`: by hand_over() of an ingest with the same options.
+  explicit Ingest(Store& store, IngestOptions options = {}, const IngestRecord& left = {});
   ~Ingest() override;
 
   void add_vertices(std::span<const Vec3d> positions) override;
@@ -73,18 +114,24 @@ class Ingest final : public ScanSink {
   /// or for none.
   void add_directions(std::span<const VertexDirection> directions);
 
-  /// Writes the fields of tile_mesh.h. Repairs on the way and counts it in ScanMesh::repaired:
-  /// equal positions are merged as the options say; triangles that repeat an index, duplicates, and
-  /// those with non-finite corners (or beyond 1e150) are dropped, as are vertices without
-  /// triangles; components are oriented by the majority of their triangles; edges that still have
-  /// more than two triangles or disagreeing ones are cut open; vertices are split until each has
-  /// one fan. The result depends on the input and tile_size only. Two passes over the tiles (three
-  /// if a component is one-sided; with drop_components or fill_holes everything once more, see
-  /// refine.h). Throws InputError for indices out of range and if no triangle is left.
+  /// After everything was added: sorts the vertices.
+  void order();
+  /// Leaves all to an ingest to come; this one is done for then. Ends adding.
+  IngestRecord hand_over();
+
+  /// Does what is left, and writes the fields of tile_mesh.h. Repairs on the way and counts it in
+  /// ScanMesh::repaired: equal positions are merged as the options say; triangles that repeat an
+  /// index, duplicates, and those with non-finite corners (or beyond 1e150) are dropped, as are
+  /// vertices without triangles; components are oriented by the majority of their triangles; edges
+  /// that still have more than two triangles or disagreeing ones are cut open; vertices are split
+  /// until each has one fan. The result depends on the input and tile_size only. Two passes over
+  /// the tiles (three if a component is one-sided; with drop_components or fill_holes everything
+  /// once more, see refine.h). Throws InputError for indices out of range and if no triangle is
+  /// left.
   ScanMesh finish(TaskGraph& graph);
 
-  std::uint64_t vertex_count() const { return vertices_; }
-  std::uint64_t triangle_count() const { return triangles_; }
+  std::uint64_t vertex_count() const { return state_.vertices; }
+  std::uint64_t triangle_count() const { return state_.triangles; }
 
  private:
   template <class Index>
@@ -94,12 +141,15 @@ class Ingest final : public ScanSink {
   void pad_colours(std::uint64_t count);
   /// Turns the polygons into triangles, after all of these; how many repeated polygons made none.
   std::uint64_t cut_polygons();
+  /// Ends adding.
+  void close();
+  Reservation reserve() const;
+  template <class Work>
+  void with_ids(const Work& work);
 
   Store& store_;
   IngestOptions options_;
-  std::uint64_t vertices_ = 0;
-  std::uint64_t triangles_ = 0;
-  std::uint64_t non_finite_ = 0;
+  IngestRecord state_;  ///< spools apart, but for the order's
   Spool<Vec3d> positions_;
   Spool<Rgba> colours_;                ///< empty, or one a vertex
   Spool<VertexDirection> directions_;  ///< empty, or one a vertex

@@ -2,10 +2,12 @@
 #include "engine/mesh/repair.h"
 
 #include <algorithm>
+#include <bit>
 #include <tuple>
 #include <utility>
 
 #include "engine/core/errors.h"
+#include "engine/mesh/equal_lanes.h"
 
 namespace rattan {
 
@@ -205,48 +207,42 @@ class BlockRepairer {
 
   /// False, with nothing lost, if the star is not one consistently oriented fan of at most 16.
   bool connect_plain_fan(std::uint32_t v) {
-    constexpr std::uint32_t kMost = 16;
     const auto triangles = star(v);
     const auto k = static_cast<std::uint32_t>(triangles.size());
-    if (k > kMost) {
+    if (k > kMostLanes) {
       return false;
     }
-    std::array<std::uint32_t, kMost> leaving{};
-    std::array<std::uint32_t, kMost> arriving{};
+    Lanes leaving{};
+    Lanes arriving{};
     for (std::uint32_t i = 0; i < k; ++i) {
       std::tie(leaving[i], arriving[i]) = wings(triangles[i], v);
     }
-    std::array<std::uint32_t, kMost> next{};
-    std::uint32_t start = 0;
+    Lanes next{};
     std::uint32_t has_previous = 0;
+    std::uint32_t twice = 0;
     for (std::uint32_t i = 0; i < k; ++i) {
-      next[i] = kMost;
-      for (std::uint32_t j = 0; j < k; ++j) {
-        if (leaving[j] == arriving[i]) {
-          next[i] = j;
-        }
-        if (j > i && (leaving[j] == leaving[i] || arriving[j] == arriving[i])) {
-          return false;
-        }
-      }
-      if (next[i] != kMost) {
-        has_previous |= 1U << next[i];
-      }
+      const std::uint32_t follows = equal_lanes(leaving, k, arriving[i]);
+      next[i] = follows != 0 ? static_cast<std::uint32_t>(std::countr_zero(follows)) : kMostLanes;
+      has_previous |= follows;
+      twice |=
+          (equal_lanes(leaving, k, leaving[i]) | equal_lanes(arriving, k, arriving[i])) ^ (1U << i);
     }
-    for (std::uint32_t i = 0; i < k; ++i) {
-      if ((has_previous >> i & 1U) == 0) {
-        start = i;
-      }
+    if (twice != 0) {
+      return false;
     }
+    // The first triangle of an open fan, any of a closed one.
+    const std::uint32_t firsts = ~has_previous & ((1U << k) - 1U);
+    const std::uint32_t start =
+        firsts != 0 ? static_cast<std::uint32_t>(std::bit_width(firsts)) - 1U : 0U;
     std::uint32_t seen = 1;
-    for (std::uint32_t i = next[start]; i != kMost && i != start; i = next[i]) {
+    for (std::uint32_t i = next[start]; i != kMostLanes && i != start; i = next[i]) {
       ++seen;
     }
     if (seen != k) {
       return false;
     }
     for (std::uint32_t i = 0; i < k; ++i) {
-      if (next[i] != kMost) {
+      if (next[i] != kMostLanes) {
         unite(triangles[i], triangles[next[i]], 0);
       }
     }

@@ -2,9 +2,12 @@
 #include "engine/mesh/vertex_graph.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <emmintrin.h>
 #include <utility>
+
+#include "engine/mesh/equal_lanes.h"
 
 namespace rattan {
 
@@ -25,6 +28,10 @@ class FanChainer {
 
   // Appends the neighbours of the vertex.
   void chain(std::span<Wedge> wedges, std::vector<std::uint32_t>& neighbor) {
+    if (wedges.size() <= kMostLanes) {
+      chain_few(wedges, neighbor);
+      return;
+    }
     if (wedges.size() > kLongRow) {
       std::sort(wedges.begin(), wedges.end(),
                 [](const Wedge& a, const Wedge& b) { return a.from < b.from; });
@@ -46,12 +53,7 @@ class FanChainer {
       }
     }
     if (!open) {
-      start = 0;
-      for (std::size_t k = 1; k < n; ++k) {
-        if (mesh_.global_id(wedges[k].from) < mesh_.global_id(wedges[start].from)) {
-          start = k;
-        }
-      }
+      start = lowest(wedges);
     }
     std::size_t at = start;
     for (std::size_t k = 0; k < n; ++k) {
@@ -70,6 +72,48 @@ class FanChainer {
   }
 
  private:
+  void chain_few(std::span<const Wedge> wedges, std::vector<std::uint32_t>& neighbor) const {
+    const auto n = static_cast<std::uint32_t>(wedges.size());
+    Lanes from{};
+    Lanes to{};
+    for (std::uint32_t k = 0; k < n; ++k) {
+      from[k] = wedges[k].from;
+      to[k] = wedges[k].to;
+    }
+    Lanes next{};
+    std::uint32_t ends = 0;
+    for (std::uint32_t k = 0; k < n; ++k) {
+      const std::uint32_t follows = equal_lanes(from, n, to[k]);
+      next[k] = static_cast<std::uint32_t>(std::countr_zero(follows | 1U << kMostLanes));
+      ends |= follows;
+    }
+    const std::uint32_t firsts = ~ends & ((1U << n) - 1U);
+    const bool open = firsts != 0;
+    const std::uint32_t start = open ? static_cast<std::uint32_t>(std::countr_zero(firsts))
+                                     : static_cast<std::uint32_t>(lowest(wedges));
+    std::uint32_t at = start;
+    for (std::uint32_t k = 0; k < n; ++k) {
+      ensure(at < n, "the triangles of a vertex form one fan");
+      neighbor.push_back(from[at]);
+      if (k + 1 == n) {
+        ensure(open || to[at] == from[start], "the triangles of a vertex form one fan");
+        if (open) {
+          neighbor.push_back(to[at]);
+        }
+      }
+      at = next[at];
+    }
+  }
+  /// Which starts at the lowest global vertex.
+  std::size_t lowest(std::span<const Wedge> wedges) const {
+    std::size_t start = 0;
+    for (std::size_t k = 1; k < wedges.size(); ++k) {
+      if (mesh_.global_id(wedges[k].from) < mesh_.global_id(wedges[start].from)) {
+        start = k;
+      }
+    }
+    return start;
+  }
   bool is_end(std::span<const Wedge> wedges, std::uint32_t v) const {
     if (sorted_) {
       return std::binary_search(ends_.begin(), ends_.end(), v);

@@ -50,8 +50,9 @@ class VertexOrder {
     bool weld;
   };
 
-  VertexOrder(Store& store, const IngestOptions& options)
-      : store_(store), options_(options), ids_(store, "ingest/order", options.spool_block_bytes) {}
+  /// `ids` gets the ids of ranks 0, 1, ...; one with the top bit set shares the rank before it.
+  VertexOrder(Store& store, const IngestOptions& options, Spool<Index>& ids)
+      : store_(store), options_(options), ids_(ids) {}
 
   /// `for_each_block(f)` calls f(std::span<const std::array<Index, 3>>) over the triangles.
   template <class Source>
@@ -97,13 +98,8 @@ class VertexOrder {
     return s;
   }
 
-  /// The ids of ranks 0, 1, ...; one with the top bit set shares the rank before it.
-  Spool<Index>& ids() { return ids_; }
   std::uint64_t ranks() const { return ranks_; }
   std::uint64_t merged() const { return merged_; }
-  std::uint32_t blocks() const {
-    return static_cast<std::uint32_t>((ranks_ + options_.tile_size - 1) / options_.tile_size);
-  }
 
  private:
   struct Plain {
@@ -364,7 +360,7 @@ class VertexOrder {
 
   Store& store_;
   const IngestOptions& options_;
-  Spool<Index> ids_;
+  Spool<Index>& ids_;
   std::uint64_t ranks_ = 0;
   std::uint64_t merged_ = 0;
   const Input* in_ = nullptr;

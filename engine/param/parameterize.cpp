@@ -51,6 +51,23 @@ SolveReport solve(Store& store, const ScanMesh& mesh, const SystemFields<Block>&
   return report;
 }
 
+// All but the finest level, where that can be parted.
+template <class Block>
+CoarsePart solve_coarse_step(std::string_view name, Store& store, const SystemFields<Block>& system,
+                             const SurfaceField& field, const SolveOptions& options, bool reference,
+                             Field<Coefficient<Block>> gauges, TaskGraph& tasks) {
+  if (reference || !can_solve_coarse(*field.hierarchy, options)) {
+    return {};
+  }
+  Steps& steps = tasks.steps();
+  steps.before_long_step();
+  return steps.run(name, [&] {
+    SolveHooks<Block> hooks;
+    hooks.border_gauges = take_board(store, gauges);
+    return solve_coarse(store, system, *field.hierarchy, options, tasks, hooks);
+  });
+}
+
 double fitting_length(const ScanMesh& mesh, const FieldOptions& options) {
   const double edge = mesh.mean_edge_length;
   if (options.smoothing) {
@@ -101,15 +118,22 @@ SurfaceField prepare_geometry(Store& store, const ScanMesh& mesh, const FieldOpt
     field.hierarchy = previous->hierarchy;
     return field;
   }
+  steps.before_long_step();
   steps.run("low-pass", [&] { low_pass_positions(store, mesh, field.low_pass, tasks); });
+  steps.before_long_step();
   field.area = steps.run("surface", [&] {
     FirstMatching matching(store, mesh.layout, fields::kMeshHalo);
     const double area = prepare_surface(store, mesh, field.geometry, tasks, &matching);
+    matching.save();
+    return area;
+  });
+  steps.run("hierarchy", [&] {
+    FirstMatching matching(store, mesh.layout, fields::kMeshHalo);
+    matching.load();
     field.hierarchy = build_hierarchy(store, mesh.layout, fields::kMeshHalo,
                                       {fields::kRowBegin, fields::kNeighbor, fields::kEdgeWeight},
                                       options.hierarchy, tasks, &matching);
     save_hierarchy(store, *field.hierarchy);
-    return area;
   });
   if (!field.hierarchy) {
     field.hierarchy = load_hierarchy(store);
@@ -132,10 +156,17 @@ void smooth_field(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskG
     assemble_smoothing(store, mesh, smoothing, tasks, &gauges);
     write(store, kSmoothingGauges, kBoardTile, gauges.take());
   });
+  const CoarsePart coarse =
+      solve_coarse_step("coarse smoothing", store, fields::kSmoothingSystem, field,
+                        options.smoothing_solve, options.reference, kSmoothingGauges, tasks);
+  steps.before_long_step();
   field.reports.push_back(steps.run("smoothing", [&] {
     FrameWriter frames(store, mesh, smoothing);
     SolveHooks<ComplexBlock> hooks;
-    hooks.border_gauges = take_board(store, kSmoothingGauges);
+    hooks.coarse = coarse;
+    if (!coarse.done) {
+      hooks.border_gauges = take_board(store, kSmoothingGauges);
+    }
     hooks.consume = [&](TileId id) { return frames.tile(id); };
     SolveReport report =
         solve(store, mesh, fields::kSmoothingSystem, field, options.smoothing_solve,
@@ -188,6 +219,7 @@ SolveReport parameterize(Store& store, const ScanMesh& mesh, const SurfaceField&
       pulled ? fields::kPulledPhaseSystem
              : (pinned ? fields::kPinnedPhaseSystem : fields::kPhaseSystem);
   Steps& steps = tasks.steps();
+  steps.before_long_step();
   steps.run("phase system", [&] {
     BorderGauges<PairBlock> gauges(*field.hierarchy);
     if (pulled) {
@@ -199,10 +231,15 @@ SolveReport parameterize(Store& store, const ScanMesh& mesh, const SurfaceField&
     }
     write(store, kPhaseGauges, kBoardTile, gauges.take());
   });
+  const CoarsePart coarse = solve_coarse_step("coarse phase", store, system, field, options.solve,
+                                              options.reference, kPhaseGauges, tasks);
   steps.before_long_step();
   return steps.run("phase", [&] {
     SolveHooks<PairBlock> hooks;
-    hooks.border_gauges = take_board(store, kPhaseGauges);
+    hooks.coarse = coarse;
+    if (!coarse.done) {
+      hooks.border_gauges = take_board(store, kPhaseGauges);
+    }
     SolveReport report = solve(store, mesh, system, field, options.solve, options.reference,
                                "parameterization", tasks, hooks);
     store.erase(system.coefficient.name);

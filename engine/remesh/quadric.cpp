@@ -20,7 +20,8 @@ constexpr std::uint64_t kNoCell = std::numeric_limits<std::uint64_t>::max();
 // A crease of 90 degrees must count for vertices on both sides, the far side of a thin plate not.
 constexpr double kFacingAway = -0.3;
 
-/// Vertices hashed into cubes of one side; nearest vertex within that side.
+/// Vertices sorted into cubes of one side, columns of cubes hashed; nearest vertex within that
+/// side.
 class VertexGrid {
  public:
   VertexGrid(std::span<const Vec3d> positions, std::span<const Vec3d> normals, double side)
@@ -40,22 +41,25 @@ class VertexGrid {
     }
     std::sort(sorted.begin(), sorted.end());
     members_.resize(sorted.size());
-    std::size_t cells = 0;
+    keys_.resize(sorted.size());
+    std::size_t columns = 0;
     for (std::size_t i = 0; i < sorted.size(); ++i) {
+      keys_[i] = sorted[i].first;
       members_[i] = sorted[i].second;
-      cells += i == 0 || sorted[i].first != sorted[i - 1].first ? 1 : 0;
+      columns += i == 0 || keys_[i] >> kAxisBits != keys_[i - 1] >> kAxisBits ? 1 : 0;
     }
-    table_.assign(std::bit_ceil(2 * cells + 1), Cell{kNoCell, 0, 0});
-    for (std::size_t i = 0; i < sorted.size();) {
+    table_.assign(std::bit_ceil(2 * columns + 1), Column{kNoCell, 0, 0});
+    for (std::size_t i = 0; i < keys_.size();) {
+      const std::uint64_t column = keys_[i] >> kAxisBits;
       std::size_t j = i;
-      while (j < sorted.size() && sorted[j].first == sorted[i].first) {
+      while (j < keys_.size() && keys_[j] >> kAxisBits == column) {
         ++j;
       }
-      std::size_t at = slot(sorted[i].first, table_.size());
-      while (table_[at].key != kNoCell) {
+      std::size_t at = slot(column, table_.size());
+      while (table_[at].column != kNoCell) {
         at = (at + 1) & (table_.size() - 1);
       }
-      table_[at] = {sorted[i].first, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j)};
+      table_[at] = {column, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j)};
       i = j;
     }
   }
@@ -106,8 +110,11 @@ class VertexGrid {
   }
 
  private:
-  struct Cell {
-    std::uint64_t key;
+  static constexpr int kAxisBits = 21;
+
+  /// All cells of one x and y. Their members follow each other, by z.
+  struct Column {
+    std::uint64_t column;
     std::uint32_t begin;
     std::uint32_t end;
   };
@@ -157,20 +164,23 @@ class VertexGrid {
 
   void gather(std::uint64_t k, Cache::Slot& slot_of_key) const {
     std::vector<std::uint32_t>& out = slot_of_key.candidates;
-    constexpr std::uint64_t kMask = (1 << 21) - 1;
-    const std::array<std::uint64_t, 3> c{k >> 42, k >> 21 & kMask, k & kMask};
+    constexpr std::uint64_t kMask = (1 << kAxisBits) - 1;
+    const std::array<std::uint64_t, 3> c{k >> (2 * kAxisBits), k >> kAxisBits & kMask, k & kMask};
     out.clear();
     for (std::uint64_t x = std::max<std::uint64_t>(c[0], 1) - 1; x <= c[0] + 1; ++x) {
       for (std::uint64_t y = std::max<std::uint64_t>(c[1], 1) - 1; y <= c[1] + 1; ++y) {
-        for (std::uint64_t z = std::max<std::uint64_t>(c[2], 1) - 1; z <= c[2] + 1; ++z) {
-          const std::uint64_t cell = x << 42 | y << 21 | z;
-          std::size_t at = slot(cell, table_.size());
-          while (table_[at].key != kNoCell && table_[at].key != cell) {
-            at = (at + 1) & (table_.size() - 1);
-          }
-          if (table_[at].key == cell) {
-            out.insert(out.end(), members_.begin() + table_[at].begin,
-                       members_.begin() + table_[at].end);
+        const std::uint64_t column = x << kAxisBits | y;
+        std::size_t at = slot(column, table_.size());
+        while (table_[at].column != kNoCell && table_[at].column != column) {
+          at = (at + 1) & (table_.size() - 1);
+        }
+        if (table_[at].column == column) {
+          const std::uint64_t first = column << kAxisBits | (std::max<std::uint64_t>(c[2], 1) - 1);
+          const std::uint64_t last = column << kAxisBits | (c[2] + 1);
+          const auto end = keys_.begin() + table_[at].end;
+          auto i = std::lower_bound(keys_.begin() + table_[at].begin, end, first);
+          for (; i != end && *i <= last; ++i) {
+            out.push_back(members_[static_cast<std::size_t>(i - keys_.begin())]);
           }
         }
       }
@@ -189,8 +199,9 @@ class VertexGrid {
   std::span<const Vec3d> normals_;
   double side_;
   Vec3d low_;
+  std::vector<std::uint64_t> keys_;  ///< ascending
   std::vector<std::uint32_t> members_;
-  std::vector<Cell> table_;
+  std::vector<Column> table_;
 };
 
 }  // namespace

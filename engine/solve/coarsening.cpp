@@ -25,6 +25,12 @@ struct CoarseRows {
   std::vector<CoarseTerm<Block>> term;
 };
 
+// Between solve_coarse and the rest.
+template <class Block>
+constexpr Field<Value<Block>> kCoarseSolution{"solve/coarse_solution"};
+template <class Block>
+constexpr Field<Coefficient<Block>> kCoarseGauges{"solve/coarse_gauge"};
+
 template <class Block>
 struct GalerkinState {
   std::vector<TileSystem<Block>> fine;
@@ -217,6 +223,16 @@ void galerkin(SystemLevel<Block>& fine, SystemLevel<Block>& coarse, double scale
       level.pass_over());
 }
 
+template <class Block>
+void set_finest(SystemLevel<Block>& l, Store& store, const SystemFields<Block>& system) {
+  l.finest = &system;
+  l.store = &store;
+  l.row_begin = system.row_begin;
+  l.neighbor = system.neighbor;
+  l.coefficient = system.coefficient;
+  l.solution = system.solution;
+}
+
 }  // namespace
 
 template <class Block>
@@ -259,12 +275,7 @@ void coarsen_system(SystemHierarchy<Block>& out, Store& store, const SystemField
     l.base = {name("base")};
     l.product = {name("product")};
     if (k == 0) {
-      l.finest = &system;
-      l.store = &store;
-      l.row_begin = system.row_begin;
-      l.neighbor = system.neighbor;
-      l.coefficient = system.coefficient;
-      l.solution = system.solution;
+      set_finest(l, store, system);
     } else {
       l.store = l.level->layout.node_count <= kMemoryLevelNodes ? &out.memory : &store;
       l.row_begin = {name("row_begin")};
@@ -292,6 +303,33 @@ void coarsen_system(SystemHierarchy<Block>& out, Store& store, const SystemField
 }
 
 template <class Block>
+void leave_coarse_answer(const SystemHierarchy<Block>& system, Store& store) {
+  const SystemLevel<Block>& s = system.levels[1];
+  for (std::uint32_t t = 0; t < s.level->layout.tile_count(); ++t) {
+    store.write_chunk(kCoarseSolution<Block>.name, TileId(t),
+                      s.store->read_chunk(s.solution.name, TileId(t)));
+  }
+  write(store, kCoarseGauges<Block>, kBoardTile, system.levels[0].border_gauge);
+}
+
+template <class Block>
+void take_coarse_answer(SystemHierarchy<Block>& out, Store& store,
+                        const SystemFields<Block>& system, const Hierarchy& hierarchy) {
+  out.hierarchy = &hierarchy;
+  out.levels.resize(2);
+  SystemLevel<Block>& finest = out.levels[0];
+  finest.level = &hierarchy.levels[0];
+  set_finest(finest, store, system);
+  const auto gauges = read(store, kCoarseGauges<Block>, kBoardTile);
+  finest.border_gauge.assign(gauges.begin(), gauges.end());
+  store.erase(kCoarseGauges<Block>.name);
+  SystemLevel<Block>& coarse = out.levels[1];
+  coarse.level = &hierarchy.levels[1];
+  coarse.store = &store;
+  coarse.solution = kCoarseSolution<Block>;
+}
+
+template <class Block>
 HaloBoard<Value<Block>> prolong_border(const SystemLevel<Block>& fine,
                                        const SystemLevel<Block>& coarse,
                                        Field<Value<Block>> coarse_values) {
@@ -314,12 +352,15 @@ HaloBoard<Value<Block>> prolong_border(const SystemLevel<Block>& fine,
   return board;
 }
 
-#define RATTAN_INSTANTIATE(Block)                                                           \
-  template struct SystemHierarchy<Block>;                                                   \
-  template void coarsen_system(SystemHierarchy<Block>&, Store&, const SystemFields<Block>&, \
-                               const Hierarchy&, float, TaskGraph&,                         \
-                               HaloBoard<Coefficient<Block>>);                              \
-  template HaloBoard<Value<Block>> prolong_border(const SystemLevel<Block>&,                \
+#define RATTAN_INSTANTIATE(Block)                                                               \
+  template struct SystemHierarchy<Block>;                                                       \
+  template void coarsen_system(SystemHierarchy<Block>&, Store&, const SystemFields<Block>&,     \
+                               const Hierarchy&, float, TaskGraph&,                             \
+                               HaloBoard<Coefficient<Block>>);                                  \
+  template void leave_coarse_answer(const SystemHierarchy<Block>&, Store&);                     \
+  template void take_coarse_answer(SystemHierarchy<Block>&, Store&, const SystemFields<Block>&, \
+                                   const Hierarchy&);                                           \
+  template HaloBoard<Value<Block>> prolong_border(const SystemLevel<Block>&,                    \
                                                   const SystemLevel<Block>&, Field<Value<Block>>);
 RATTAN_FOR_EACH_BLOCK(RATTAN_INSTANTIATE)
 #undef RATTAN_INSTANTIATE

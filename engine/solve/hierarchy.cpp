@@ -14,6 +14,8 @@ namespace {
 
 constexpr Field<std::uint32_t> kFirstAggregate{"solve/level0_aggregate"};
 constexpr Field<std::uint32_t> kFirstTree{"solve/level0_tree"};
+constexpr Field<std::uint32_t> kFirstCounts{"solve/level0_aggregate_count"};
+constexpr Field<std::uint64_t> kFirstBoard{"solve/level0_aggregate_board"};
 
 // Aggregates of a level's tiles.
 struct Aggregates {
@@ -259,6 +261,20 @@ FirstMatching::FirstMatching(Store& store, const TileLayout& layout, const HaloF
 void FirstMatching::commit(TileId tile, const Matching& matching) {
   commit_matching(store_, layout_, halo_, kFirstAggregate, kFirstTree, tile, matching, aggregates_,
                   counts_);
+}
+
+void FirstMatching::save() {
+  write(store_, kFirstCounts, kBoardTile, counts_);
+  write(store_, kFirstBoard, kBoardTile, aggregates_);
+}
+
+void FirstMatching::load() {
+  const auto counts = read(store_, kFirstCounts, kBoardTile);
+  const auto board = read(store_, kFirstBoard, kBoardTile);
+  counts_.assign(counts.begin(), counts.end());
+  aggregates_.assign(board.begin(), board.end());
+  store_.erase(kFirstCounts.name);
+  store_.erase(kFirstBoard.name);
 }
 
 class HierarchyBuilder {

@@ -71,6 +71,9 @@ class FirstMatching {
   FirstMatching(Store& store, const TileLayout& layout, const HaloFields& halo);
   /// In the order of the tiles.
   void commit(TileId tile, const Matching& matching);
+  /// Leaves all in the store, for load() of another one of the same layout.
+  void save();
+  void load();
 
  private:
   friend class HierarchyBuilder;

@@ -43,14 +43,11 @@ class Periodic {
         coarsest_(system.levels.size() - 1) {}
 
   void solve() {
-    std::size_t trial = coarsest_;
-    while (trial > 1 && system_.levels[trial - 1].level->layout.node_count <= kTrialNodes) {
-      --trial;
-    }
-    if (trial == 1 && system_.levels[0].level->layout.tile_count() == 1) {
+    if (trial_level() == 1 && system_.levels[0].level->layout.tile_count() == 1) {
       solve_one_tile();
     } else {
-      solve_tiles(trial);
+      solve_coarse();
+      solve_finest();
     }
     if (options_.newton_steps > 0) {
       newton_steps<Block>(system_, options_, report_, tasks_);
@@ -61,9 +58,9 @@ class Periodic {
     }
   }
 
- private:
-  // The start that is best on the trial level goes on.
-  void solve_tiles(std::size_t trial) {
+  // Down to the finest level's start. The start that is best on the trial level goes on.
+  void solve_coarse() {
+    const std::size_t trial = trial_level();
     SystemLevel<Block>& top = system_.levels[trial];
     SavedSolution best;
     double least = 0.0;
@@ -82,9 +79,24 @@ class Periodic {
         restore(best, top);
       }
     }
-    for (std::size_t k = trial; k-- > 0;) {
+    for (std::size_t k = trial; k-- > 1;) {
       relax_level(k, 0);
     }
+  }
+
+  void solve_finest() {
+    if (coarsest_ > 0) {
+      relax_level(0, 0);
+    }
+  }
+
+ private:
+  std::size_t trial_level() const {
+    std::size_t trial = coarsest_;
+    while (trial > 1 && system_.levels[trial - 1].level->layout.node_count <= kTrialNodes) {
+      --trial;
+    }
+    return trial;
   }
 
   /// Of a level that is small enough to be tried several times.
@@ -225,6 +237,25 @@ void consume_solution(Store& store, const TileLayout& layout, Field<Value<Block>
   hooks.consumed = true;
 }
 
+bool can_solve_coarse(const Hierarchy& hierarchy, const SolveOptions& options) {
+  return hierarchy.levels.size() > 1 && hierarchy.levels[0].layout.tile_count() > 1 &&
+         options.newton_steps == 0;
+}
+
+template <class Block>
+CoarsePart solve_coarse(Store& store, const SystemFields<Block>& fields, const Hierarchy& hierarchy,
+                        const SolveOptions& options, TaskGraph& tasks, SolveHooks<Block>& hooks) {
+  ensure(can_solve_coarse(hierarchy, options), "the solve has two parts");
+  SystemHierarchy<Block> system;
+  coarsen_system(system, store, fields, hierarchy, options.coarse_stiffness, tasks,
+                 std::move(hooks.border_gauges));
+  SolveReport report;
+  std::optional<Evaluation> evaluation;
+  Periodic<Block>(system, options, nullptr, evaluation, report, tasks).solve_coarse();
+  leave_coarse_answer(system, store);
+  return {.done = true, .setup_passes = system.finest_passes};
+}
+
 template <class Block>
 SolveReport solve_nested(Store& store, const TileLayout& layout, const HaloFields&,
                          const SystemFields<Block>& fields, const Hierarchy& hierarchy,
@@ -237,13 +268,24 @@ SolveReport solve_nested(Store& store, const TileLayout& layout, const HaloField
     return report;
   }
   SystemHierarchy<Block> system;
-  coarsen_system(
-      system, store, fields, hierarchy, options.coarse_stiffness, tasks,
-      hooks != nullptr ? std::move(hooks->border_gauges) : HaloBoard<Coefficient<Block>>());
-  report.setup_passes = system.finest_passes;
+  const bool begun = hooks != nullptr && hooks->coarse.done;
+  if (begun) {
+    take_coarse_answer(system, store, fields, hierarchy);
+    report.setup_passes = hooks->coarse.setup_passes;
+  } else {
+    coarsen_system(
+        system, store, fields, hierarchy, options.coarse_stiffness, tasks,
+        hooks != nullptr ? std::move(hooks->border_gauges) : HaloBoard<Coefficient<Block>>());
+    report.setup_passes = system.finest_passes;
+  }
   std::optional<Evaluation> evaluation;
   if constexpr (BlockOps<Block>::kPeriodic) {
-    Periodic<Block>(system, options, hooks, evaluation, report, tasks).solve();
+    Periodic<Block> periodic(system, options, hooks, evaluation, report, tasks);
+    if (begun) {
+      periodic.solve_finest();
+    } else {
+      periodic.solve();
+    }
   } else if (options.cycles > 0 && !fields.rhs.name.empty() &&
              !CoarsestSolver(system.levels.back()).singular()) {
     const bool has_coarse = system.levels.size() > 1;
@@ -268,5 +310,9 @@ SolveReport solve_nested(Store& store, const TileLayout& layout, const HaloField
                                  SolveHooks<Block>&, TaskGraph&);
 RATTAN_FOR_EACH_BLOCK(RATTAN_INSTANTIATE)
 #undef RATTAN_INSTANTIATE
+template CoarsePart solve_coarse(Store&, const SystemFields<ComplexBlock>&, const Hierarchy&,
+                                 const SolveOptions&, TaskGraph&, SolveHooks<ComplexBlock>&);
+template CoarsePart solve_coarse(Store&, const SystemFields<PairBlock>&, const Hierarchy&,
+                                 const SolveOptions&, TaskGraph&, SolveHooks<PairBlock>&);
 
 }  // namespace rattan

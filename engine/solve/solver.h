@@ -83,11 +83,19 @@ class SolutionTask {
   virtual void commit() = 0;
 };
 
+/// What solve_coarse did; its answer is in the store.
+struct CoarsePart {
+  bool done = false;  ///< else all is left to solve_nested
+  std::uint64_t setup_passes = 0;
+};
+
 /// What callers do in passes that a solve makes anyway, so that they need none of their own.
 template <class Block>
 struct SolveHooks {
   /// Found while the system was assembled (border_gauges.h); empty: the solve finds them in a pass.
   HaloBoard<typename Block::Coefficient> border_gauges;
+  /// What was solved already.
+  CoarsePart coarse;
   /// Called for every tile of the finished solution, which is not written to the store then.
   std::function<std::unique_ptr<SolutionTask<Block>>(TileId)> consume;
   /// Called before the first `consume`: the solution's mean and variance, weighted by fit, as they
@@ -137,6 +145,16 @@ SolveReport solve_nested(Store& store, const TileLayout& layout, const HaloField
                          const SystemFields<Block>& system, const Hierarchy& hierarchy,
                          const SolveOptions& options, TaskGraph& tasks,
                          SolveHooks<Block>* hooks = nullptr);
+
+/// Whether the finest level is worth a part of its own: several tiles, no Newton steps.
+bool can_solve_coarse(const Hierarchy& hierarchy, const SolveOptions& options);
+
+/// The part of solve_nested below the finest level by itself, for callers that save work before the
+/// rest; periodic systems. Takes hooks.border_gauges. Give what it returns to solve_nested;
+/// meanwhile its answer is in fields "solve/..." of the store.
+template <class Block>
+CoarsePart solve_coarse(Store& store, const SystemFields<Block>& system, const Hierarchy& hierarchy,
+                        const SolveOptions& options, TaskGraph& tasks, SolveHooks<Block>& hooks);
 
 /// PGP 2.5: lock one vertex (periodic systems), Jacobi-preconditioned multithreaded CG for the
 /// linear problem, then Newton with the penalty. For comparison on small scans.

@@ -70,6 +70,15 @@ void coarsen_system(SystemHierarchy<Block>& out, Store& store, const SystemField
                     const Hierarchy& hierarchy, float coarse_stiffness, TaskGraph& tasks,
                     HaloBoard<Coefficient<Block>> border_gauges = {});
 
+/// Leaves what the finest level starts from in the store: the next level's solution, and the border
+/// gauges that carry it over.
+template <class Block>
+void leave_coarse_answer(const SystemHierarchy<Block>& system, Store& store);
+/// The finest level, above one of which only the solution is there.
+template <class Block>
+void take_coarse_answer(SystemHierarchy<Block>& out, Store& store,
+                        const SystemFields<Block>& system, const Hierarchy& hierarchy);
+
 /// Pinned chunks of one tile.
 template <class Block>
 struct TileSystem {

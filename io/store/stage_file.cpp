@@ -327,8 +327,11 @@ void StageFile::seal(const Contents& contents) {
     const Handle index(H5Dcreate2(file_, (group_of(field) + "/index").c_str(), H5T_NATIVE_UINT64,
                                   space.get(), H5P_DEFAULT, creation.get(), H5P_DEFAULT));
     static_assert(sizeof(ChunkRecord) == 4 * sizeof(std::uint64_t));
-    if (!index.valid() || H5Dwrite(index.get(), H5T_NATIVE_UINT64, H5S_ALL, H5S_ALL, H5P_DEFAULT,
-                                   records.data()) < 0) {
+    // Small data wait in a buffer, and closing would say nothing.
+    if (!index.valid() ||
+        H5Dwrite(index.get(), H5T_NATIVE_UINT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, records.data()) <
+            0 ||
+        H5Dflush(index.get()) < 0) {
       hdf5::fail(name, "write the index of " + field);
     }
     write_string(index.get(), "field", field, name);

@@ -50,6 +50,8 @@ constexpr double kPatience = 9.3;    ///< of the ten that are promised for stopp
 constexpr double kLastPatience = 1.0;
 /// Attempts of one run at a scan whose child was asked to stop by somebody else.
 constexpr int kMostInterruptions = 3;
+/// What a child may fill at least; it says itself that this is too little.
+constexpr std::uint64_t kLeastGrant = std::uint64_t{1} << 20;
 /// Claims that are kept until the journal is on the disk: each has a thread.
 constexpr std::size_t kMostReleased = 16;
 /// What this process grows by at most while it runs.
@@ -374,13 +376,19 @@ class BatchRun {
       settle_elsewhere(i);
       return true;
     }
-    std::unique_ptr<Claim> claim = Claim::take(options_.directory, item.id);
-    if (!claim && !released_.empty()) {  // it may be our own
-      settle();
-      claim = Claim::take(options_.directory, item.id);
-    }
     const ItemFiles files(item, options_);
-    if (!claim || work_in_use(files.work)) {
+    Child child;
+    child.task = grant.task;
+    try {
+      child.claim = Claim::take(options_.directory, item.id);
+      if (!child.claim && !released_.empty()) {  // it may be our own
+        settle();
+        child.claim = Claim::take(options_.directory, item.id);
+      }
+    } catch (const ResourceError& e) {  // as for a name that is too long
+      child.attempt.sentence = e.what();
+    }
+    if (child.attempt.sentence.empty() && (!child.claim || work_in_use(files.work))) {
       defer(grant.task);
       return true;
     }
@@ -390,13 +398,10 @@ class BatchRun {
       settle_elsewhere(i);
       return true;
     }
-    Child child;
-    child.task = grant.task;
-    child.claim = std::move(claim);
     Attempt& attempt = child.attempt;
     attempt.started = unix_seconds();
     attempt.threads = grant.threads;
-    attempt.memory = grant.memory;
+    attempt.memory = std::max(grant.memory, kLeastGrant);
     const Forecast& f = admission_->task(grant.task).forecast;
     attempt.cost = f.cpu_seconds;
     attempt.triangles = f.triangles;
@@ -412,18 +417,25 @@ class BatchRun {
       refuse(child, files);
       return true;
     }
-    files.make_folders();
-    attempt.command = child_command(item, options_, grant.threads, grant.memory,
-                                    options_.fresh && interruptions_[grant.task] == 0);
     try {
+      if (!attempt.sentence.empty()) {
+        throw ResourceError(attempt.sentence);
+      }
+      files.make_folders();
+      attempt.command = child_command(item, options_, attempt.threads, attempt.memory,
+                                      options_.fresh && interruptions_[grant.task] == 0);
       child.process = std::make_unique<ChildProcess>(attempt.command, options_.program.empty());
+    } catch (const NoProcess& e) {
+      // There may be room for one when others have ended.
+      attempt.exit = children_.empty() ? kResource : kInterrupted;
+      attempt.sentence = e.what();
+      blocked_until_ = now() + kTick;
+      finish(child, files);
+      return false;
     } catch (const ResourceError& e) {
       attempt.exit = kResource;
       attempt.sentence = e.what();
       finish(child, files);
-      if (!children_.empty()) {
-        blocked_until_ = now() + kTick;
-      }
       return true;
     }
     attempt.pid = child.process->pid();
@@ -626,7 +638,7 @@ class BatchRun {
   // was wrong, is made again; a work directory in use is waited for.
   bool retry(const Child& child) {
     const Attempt& a = child.attempt;
-    if (stopping() || a.pid == 0) {
+    if (stopping()) {
       return false;
     }
     states_.expect_again(todo_[child.task], a.number);
@@ -634,7 +646,7 @@ class BatchRun {
       admission_->put_back(child.task, false);
       return true;
     }
-    if (a.exit != kResource || a.signal != 0) {
+    if (a.exit != kResource || a.signal != 0 || a.pid == 0) {
       return false;
     }
     if (a.sentence.find("the work directory is in use") != std::string::npos) {

@@ -12,8 +12,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "engine/core/errors.h"
-
 namespace rattan {
 
 namespace {
@@ -63,8 +61,8 @@ double seconds(const timeval& t) {
 
 ChildProcess::ChildProcess(const std::vector<std::string>& command, bool same_program) {
   const auto fail = [&](int error) {
-    throw ResourceError(command[0] + ": no process can be started (" + std::strerror(error) +
-                        "). End others, or allow more with ulimit.");
+    throw NoProcess(command[0] + ": no process can be started (" + std::strerror(error) +
+                    "). End others, or allow more with ulimit.");
   };
   std::array<int, 2> pipe{};
   if (::pipe2(pipe.data(), O_CLOEXEC) != 0) {

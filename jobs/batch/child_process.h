@@ -8,7 +8,15 @@
 #include <sys/types.h>
 #include <vector>
 
+#include "engine/core/errors.h"
+
 namespace rattan {
+
+/// The system starts no more processes.
+class NoProcess : public ResourceError {
+ public:
+  using ResourceError::ResourceError;
+};
 
 /// A program that runs beside this one, in a process group of its own, with nothing on its input,
 /// its output thrown away and its errors in a pipe. It gets SIGTERM when this process dies, however
@@ -17,7 +25,7 @@ class ChildProcess {
  public:
   /// Starts `command[0]`, or the program of this process if `same_program`. Must be called on the
   /// thread that lives longest: the kernel takes its end for that of the process. Throws
-  /// ResourceError when no process can be started.
+  /// NoProcess.
   ChildProcess(const std::vector<std::string>& command, bool same_program);
   /// Kills it if it still runs.
   ~ChildProcess();

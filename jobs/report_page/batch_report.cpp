@@ -58,12 +58,7 @@ RemeshFigures figures_of(const Json& r) {
   f.faces = count(r, "output", "faces");
   f.quads = count(r, "output", "quads");
   f.irregular_vertices = count(r, "output", "irregular_vertices");
-  const Count vertices = count(r, "singularities", "vertices");
-  const Count edges = count(r, "singularities", "edges");
-  const Count triangles = count(r, "singularities", "triangles");
-  if (vertices && edges && triangles) {
-    f.singularities = *vertices + *edges + *triangles;
-  }
+  f.singularities = count(r, "singularities", "triangles");
   f.stretch = measure(r, "distortion", "stretch");
   f.shear = measure(r, "distortion", "shear");
   f.scaled_jacobian = measure(r, "output", "mean_scaled_jacobian");

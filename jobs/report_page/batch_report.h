@@ -39,7 +39,7 @@ struct RemeshFigures {
   Count faces;
   Count quads;
   Count irregular_vertices;
-  Count singularities;  ///< of the parameterization: vertices, edges and triangles
+  Count singularities;  ///< triangles where the parameterization is singular
   Measure stretch;
   Measure shear;
   Measure scaled_jacobian;  ///< mean

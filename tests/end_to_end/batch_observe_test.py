@@ -211,8 +211,8 @@ class Observe(unittest.TestCase):
             if good:
                 self.assertEqual({e["name"] for e in own if e["event"] == "stage"} - {"page files"},
                                  STAGES)
-                self.assertEqual(last["outputs"], [{"path": str(self.out / name), "bytes":
-                                                    (self.out / name).stat().st_size}])
+                self.assertEqual(last["outputs"],
+                                 [{"path": name, "bytes": (self.out / name).stat().st_size}])
             else:
                 errors = [e for e in own if e["event"] == "error"]
                 self.assertEqual([e["exit"] for e in errors], [3])

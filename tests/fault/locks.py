@@ -199,7 +199,7 @@ def wakes_up(bench, tally, case):
     sleeper.send(signal.SIGCONT)
     for ended in (sleeper.finish(reference.limit), other.finish(reference.limit)):
         if ended.code != DONE:
-            expect_refusal(tally, ended, [folder, "the work directory"], where)
+            expect_refusal(tally, ended, [folder], where)
         expect_complete_or_absent(tally, folder, reference, where)
     tally.count("sleepers")
     if expect_done(tally, bench, case, folder, bench.run(case, folder), f"{where}, the run after"):

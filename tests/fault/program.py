@@ -188,7 +188,7 @@ def outputs(folder):
 
 def facts(folder):
     """What a report says of the scan and the mesh, not of how it was made."""
-    text = (folder / "report.json").read_text().replace(str(folder), "FOLDER")
+    text = (folder / "report.json").read_text().replace(f"{folder}/", "FOLDER/")
     report = json.loads(text)
     return {name: report.get(name) for name in
             ("input", "options", "output", "outputs", "singularities", "distance", "charts",

@@ -166,6 +166,27 @@ TEST_F(JobStepsTest, AFileThatIsNoLongerThereIsMadeAgain) {
   EXPECT_TRUE(make(job));
 }
 
+TEST_F(JobStepsTest, SavesNothingInADirectoryThatWasTakenOver) {
+  {
+    const auto store = open();
+    JobSteps job(*store, {});
+    bool ours = true;
+    job.save_only_if([&] { return ours; }, "somewhere/out.work");
+    run(job, *store, 1, 2, 1);
+    job.save();
+    ours = false;
+    try {
+      job.save();
+      ADD_FAILURE() << "it saved";
+    } catch (const ResourceError& e) {
+      EXPECT_TRUE(std::string(e.what()).starts_with("somewhere/out.work: ")) << e.what();
+    }
+  }
+  const auto store = open();
+  JobSteps job(*store, {});
+  EXPECT_EQ(run(job, *store, 1, 2), (Names{"b", "c"}));
+}
+
 TEST_F(JobStepsTest, ARequestToStopSavesFirst) {
   std::stop_source stop;
   {

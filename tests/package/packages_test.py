@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """What cpack makes: the Debian package unpacks and runs; the bundle runs from wherever it was moved,
-with nothing of the system but glibc. About 20 seconds, most of them compression."""
+with nothing of the system but glibc."""
 
 import os
 import re
@@ -33,14 +33,15 @@ class Packages(unittest.TestCase):
         cls.folder = Path(tempfile.mkdtemp(prefix="rattan-test."))
         cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
         cls.debian = all(shutil.which(tool) for tool in ("dpkg-deb", "dpkg-shlibdeps"))
-        need("cpack", "-G", "DEB;TGZ" if cls.debian else "TGZ", "-B", cls.folder, cwd=BUILD)
+        need("cpack", "-G", "DEB;TGZ" if cls.debian else "TGZ", "-B", cls.folder,
+             "-D", "CPACK_DEBIAN_COMPRESSION_TYPE=gzip", cwd=BUILD)  # faster than xz
         if not cls.debian:
             print("skipped: dpkg-deb or dpkg-shlibdeps is missing, no Debian package was made")
         cls.scan = cls.folder / "scan.ply"
         need(RATTAN, "synth", "-o", cls.scan, "--triangles", 20000, "--quiet")
         cls.expected = cls.folder / "expected.drc"
         need(RATTAN, "remesh", cls.scan, "-o", cls.expected, "--quiet")
-        archive, = cls.folder.rglob("rattan-*.tar.gz")
+        archive, = cls.folder.glob("rattan-*.tar.gz")
         need("tar", "xf", archive, "-C", cls.folder)
         unpacked, = cls.folder.glob("rattan-*-linux-*/")
         cls.bundle = unpacked.rename(cls.folder / "moved here")
@@ -54,7 +55,7 @@ class Packages(unittest.TestCase):
     def package(self, name):
         if not self.debian:
             self.skipTest("dpkg-deb or dpkg-shlibdeps is missing")
-        file, = self.folder.rglob(f"{name}_*.deb")
+        file, = self.folder.glob(f"{name}_*.deb")
         return file
 
     def unpack(self, name):
@@ -84,9 +85,9 @@ class Packages(unittest.TestCase):
     def test_lintian(self):
         if not shutil.which("lintian"):
             self.skipTest("lintian is missing")
-        for name in ("rattan", "librattan-dev"):
-            done = run("lintian", "--fail-on", "error,warning", self.package(name))
-            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        done = run("lintian", "--fail-on", "error,warning", self.package("rattan"),
+                   self.package("librattan-dev"))
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     def test_bundle_loads_nothing_but_glibc_from_outside(self):
         log = self.folder / "loaded"

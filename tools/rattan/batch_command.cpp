@@ -23,6 +23,7 @@
 #include "jobs/batch/shards.h"
 #include "jobs/memory_share.h"
 #include "jobs/report_page/report_page.h"
+#include "tools/manual/option_table.h"
 #include "tools/rattan/batch_console.h"
 #include "tools/rattan/batch_json_log.h"
 #include "tools/rattan/batch_selection.h"
@@ -64,7 +65,7 @@ void add_batch_options(CLI::App& app, Arguments& args) {
   app.add_option("--jobs", args.run.jobs, "most scans at once; default by threads and memory")
       ->check(CLI::Range(1, 4096))
       ->type_name("N")
-      ->group("Run");
+      ->group(more("Run"));
   app.add_option("--threads", args.run.threads, "of all scans together; default all processors")
       ->check(CLI::Range(0, 4096))
       ->type_name("N")
@@ -77,14 +78,14 @@ void add_batch_options(CLI::App& app, Arguments& args) {
   app.add_option("--work-dir", args.run.work_directory,
                  "folder of intermediate data; default beside the outputs")
       ->type_name("DIR")
-      ->group("Run");
+      ->group(more("Run"));
   app.add_flag("--dry-run", args.dry_run, "print what would be done and what it takes, and stop")
       ->group("Run");
   app.add_flag("--no-report", args.no_report, "no report.html, thumbnails and 3D views")
       ->group("Run");
   app.add_option("--metrics", args.metrics, "keep figures for Prometheus in a text file")
       ->type_name("FILE")
-      ->group("Run");
+      ->group(more("Run"));
   auto* quiet = app.add_flag("--quiet", args.quiet, "only warnings and errors")->group("Run");
   app.add_flag("--verbose", args.verbose, "a line for every scan")->excludes(quiet)->group("Run");
 }

@@ -13,6 +13,7 @@
 #include "jobs/memory_share.h"
 #include "jobs/stage_clock.h"
 #include "jobs/version.h"
+#include "tools/manual/option_table.h"
 #include "tools/rattan/exit_code.h"
 
 namespace rattan {
@@ -173,7 +174,7 @@ void add_log_format_option(CLI::App& command) {
                   "json: an event a line on stderr, nothing else there or on stdout")
       ->check(CLI::IsMember({"text", "json"}).description(""))
       ->type_name("text|json")
-      ->group("Run");
+      ->group(more("Run"));
 }
 
 bool json_log_wanted(int argc, const char* const* argv) {

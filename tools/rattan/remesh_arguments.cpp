@@ -40,14 +40,14 @@ void add_input_options(CLI::App& app, RemeshArguments& args) {
   app.add_flag("--merge-vertices", o.merge_vertices,
                "make vertices at exactly equal positions one; done without asking only where "
                "triangles share no vertices")
-      ->group("Scan");
+      ->group(more("Scan"));
   app.add_option("--drop-components", o.drop_components,
                  "drop components of fewer triangles than this")
       ->type_name("N")
-      ->group("Scan");
+      ->group(more("Scan"));
   app.add_option("--fill-holes", o.fill_holes, "fill holes whose outline has at most so many edges")
       ->type_name("N")
-      ->group("Scan");
+      ->group(more("Scan"));
 }
 
 void add_method_options(CLI::App& app, RemeshArguments& args) {
@@ -71,12 +71,12 @@ void add_method_options(CLI::App& app, RemeshArguments& args) {
                "rescale the field in full: fewest singularities, uneven quads")
       ->group(more("Method"));
   app.add_option("--crease", args.crease,
-                 "edges that turn by DEGREES or more are sharp features, 5 to 179, or off")
+                 "keep edges that turn by so much or more, 5 to 179, or off")
       ->check(CLI::Range(5.0, 179.0) | CLI::IsMember({"off"}))
       ->default_str("35")
       ->type_name("DEGREES")
       ->group("Method");
-  app.add_option("--energy", o.energy, "what curvature is measured by; default triangle")
+  app.add_option("--energy", o.energy, "weights of edges; default triangle, edge is the paper's")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, Energy>{{"edge", Energy::kEdge}, {"triangle", Energy::kTriangle}}))
       ->type_name("edge|triangle")

@@ -61,11 +61,13 @@ int plan_logged(const RemeshOptions& options, JsonLog& log) {
   return kExitDone;
 }
 
-/// Whether the scan, from the bytes of its file, takes at most half of the memory it may. Files
-/// that are compressed don't tell.
+/// Whether the scan, from the bytes of its file, takes at most half of the memory it may, and a
+/// second or so: later the allocator gives pages back, which large ones suffer from. Files that are
+/// compressed don't tell.
 bool small(const RemeshOptions& options) {
   constexpr std::uint64_t kProgramBytes = 32U << 20;
   constexpr std::uint64_t kBytesPerFileByte = 12;
+  constexpr std::uint64_t kMostBytes = 8U << 20;
   const std::filesystem::path scan(options.scan);
   const std::string format = scan.extension().string();
   if (format != ".ply" && format != ".obj" && format != ".stl" && format != ".off") {
@@ -74,7 +76,7 @@ bool small(const RemeshOptions& options) {
   std::error_code error;
   const std::uintmax_t bytes = std::filesystem::file_size(scan, error);
   const std::uint64_t memory = options.memory > 0 ? options.memory : default_memory_share();
-  return !error && bytes < memory && 2 * (kProgramBytes + kBytesPerFileByte * bytes) <= memory;
+  return !error && bytes <= kMostBytes && 2 * (kProgramBytes + kBytesPerFileByte * bytes) <= memory;
 }
 
 int run_logged(RemeshOptions options, JsonLog& log) {

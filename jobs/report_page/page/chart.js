@@ -22,7 +22,7 @@ function drawChart(box) {
   const inner = width - left - right;
   const tall = height - top - bottom;
   const most = Math.max(...steps.map((s) => s.triangles_per_second), 1);
-  const tick = roundStep(most, 3);
+  const tick = roundStep(most, 4);
   const high = Math.max(most * 1.02, tick);
   const long = steps.reduce((sum, s) => sum + s.seconds, 0);
   const y = (v) => top + tall * (1 - v / high);

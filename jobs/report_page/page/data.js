@@ -21,7 +21,7 @@ const scans = data.rows.map((row, place) => {
   scan.folder = "report/" + scan.link + "/";
   scan.repairs = scan.repairs || [];
   scan.warnings = scan.warnings || [];
-  scan.outputs = scan.outputs || (scan.status === "done" ? [scan.id] : []);
+  scan.outputs = scan.outputs || (scan.status === "done" ? [[scan.id, scan.link]] : []);
   scan.quad_share = scan.faces > 0 ? scan.quads / scan.faces : null;
   scan.rate = scan.triangles !== null && scan.seconds > 0 ? scan.triangles / scan.seconds : null;
   const most = (a, b) => (a === null || b === null ? null : Math.max(a, b));
@@ -59,9 +59,9 @@ const columns = [
     about: "Quads, of all faces of the remesh" },
   { key: "irregular", title: "Irregular", sub: "vertices", width: 72, unit: "irregular vertices",
     show: people, about: "Vertices inside the remesh where other than four edges meet" },
-  { key: "singularities", title: "Singular", width: 72, sub: "places",
-    unit: "singular vertices, edges and triangles", show: people,
-    about: "Singular vertices, edges and triangles of the parameterization" },
+  { key: "singularities", title: "Singular", width: 72, sub: "triangles",
+    unit: "singular triangles", show: people,
+    about: "Triangles of the scan where the parameterization is singular" },
   { key: "stretch", title: "Stretch", width: 66, show: (v) => fixed(v, 3),
     about: "How unevenly large quads are: 1 for equal squares" },
   { key: "shear", title: "Shear", width: 60, show: (v) => fixed(v, 3),

@@ -132,7 +132,7 @@ class Details {
         ["Quads", s.quad_share === null ? null : percent(s.quad_share, 1) + " %",
           exact(s.quads, "quads")],
         figure("Irregular vertices", s.irregular, people),
-        figure("Singular places", s.singularities, people),
+        figure("Singular triangles", s.singularities, people),
         figure("Stretch", s.stretch, (v) => fixed(v, 3)),
         figure("Shear", s.shear, (v) => fixed(v, 3)),
         figure("Mean scaled Jacobian", s.jacobian, (v) => fixed(v, 3)),

@@ -35,7 +35,7 @@ function overview() {
       exact(totals.wall_seconds, "s in which anything was at work")),
     tile("cpu_seconds", "Processor time", duration(totals.cpu_seconds),
       exact(totals.cpu_seconds, "s, of all attempts"),
-      busy === null ? null : threeDigits(busy) + " busy on average"),
+      busy === null ? null : threeDigits(busy) + " processors busy"),
     tile("peak_rss_bytes", "Peak memory of a scan", bytes(totals.peak_rss_bytes),
       exact(totals.peak_rss_bytes, "bytes")),
     tile("output_bytes", "Written", bytes(totals.output_bytes),

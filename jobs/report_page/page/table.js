@@ -21,7 +21,7 @@ class ScanTable {
     this.table.style.minWidth = columns.reduce((sum, c) => sum + c.width, 0) + "px";
     box.replaceChildren(this.table);
     box.addEventListener("scroll", () => this.draw(), { passive: true });
-    new ResizeObserver(() => this.draw(true)).observe(box);
+    new ResizeObserver(() => this.draw(this.rowHeight() !== this.height)).observe(box);
     box.addEventListener("keydown", (event) => this.key(event));
     this.body.addEventListener("click", (event) => {
       const row = event.target.closest("tr[data-place]");
@@ -88,6 +88,7 @@ class ScanTable {
     for (let i = first; i < end; ++i) rows.push(kept.get(i) || this.row(i));
     this.body.replaceChildren(...rows);
     this.first = first;
+    this.height = height;
     this.end = end;
     const space = (n) => (n > 0 ? [el("tr", {}, el("td", { colspan: columns.length,
       style: `height:${n * height}px` }))] : []);
@@ -101,7 +102,14 @@ class ScanTable {
 
   row(i) {
     const scan = this.list[i];
-    const cells = columns.map((column) => {
+    // The reason takes the room of the figures that there are none of.
+    const reason = scan.sentence && scan.status !== "done" && scan.triangles === null;
+    const span = columns.findIndex((c) => c.key === "seconds") - 2;
+    const cells = columns.map((column, k) => {
+      if (reason && k === 2) {
+        return el("td.reason", { colspan: span, title: scan.sentence }, el("span", {}, scan.reason));
+      }
+      if (reason && k > 2 && k < 2 + span) return "";
       if (column.key === "name") return this.nameCell(scan);
       if (column.key === "status") {
         return el("td", {}, el("span.status." + scan.status, {}, column.text(scan)));
@@ -124,9 +132,7 @@ class ScanTable {
         el("img", { src: scan.folder + linkTo(scan.thumbnails[0]), alt: "", loading: "lazy",
           decoding: "async", width: 76, height: 57 }))
       : el("span.picture.empty." + scan.status, { "aria-hidden": "true" });
-    const line = scan.sentence && scan.status !== "done" ? el("span.sentence",
-      { title: scan.sentence }, scan.reason) : scan.parent
-      ? el("span.parent", { title: scan.parent }, scan.parent) : null;
+    const line = scan.parent ? el("span.parent", { title: scan.parent }, scan.parent) : null;
     return el("th.scan", { scope: "row" }, el("div", {}, picture,
       el("div.words", {},
         el("button.name", { type: "button", title: scan.id, onclick: () => this.open(scan) },

@@ -155,6 +155,77 @@ TEST(Ingest, AgreesWithTheInMemoryTiler) {
   EXPECT_NEAR(direct.mean_edge_length, i.mesh.mean_edge_length, 1e-9 * direct.mean_edge_length);
 }
 
+// From one ingest to the next after every part, as a job does that is killed and resumed.
+TEST(Ingest, EndsTheSameInParts) {
+  const Soup s = shuffled(joined(torus(30, 20), grid(12, 12, false, false), Vec3d(6, 0, 0)), 3);
+  const auto add = [&](Ingest& in) {
+    in.add_vertices(s.positions);
+    std::vector<Rgba> colours(s.positions.size() / 2);
+    std::vector<VertexDirection> directions(s.positions.size());
+    for (std::size_t v = 0; v < directions.size(); ++v) {
+      directions[v].direction = s.positions[v].cast<float>();
+      colours[v % colours.size()] = {static_cast<std::uint8_t>(v), 1, 2, 3};
+    }
+    in.add_colours(colours);
+    in.add_directions(directions);
+    // The first ones as polygons of three corners.
+    const std::size_t polygons = s.triangles.size() / 4;
+    std::vector<std::uint32_t> sizes(polygons, 3);
+    std::vector<std::uint64_t> corners;
+    for (std::size_t t = 0; t < polygons; ++t) {
+      corners.insert(corners.end(), s.triangles[t].begin(), s.triangles[t].end());
+    }
+    in.add_polygons(sizes, corners);
+    in.add_triangles(std::span(s.triangles).subspan(polygons));
+  };
+  TaskGraph graph;
+  for (const bool wide : {false, true}) {
+    for (const Merge merge : {Merge::kNever, Merge::kAlways}) {
+      const IngestOptions options{.tile_size = 64,
+                                  .merge = merge,
+                                  .memory_bytes = 1 << 12,
+                                  .spool_block_bytes = 500,
+                                  .wide_ids = wide};
+      MemoryStore one;
+      Ingest in(one, options);
+      add(in);
+      const ScanMesh expected = in.finish(graph);
+      MemoryStore store;
+      IngestRecord left;
+      {
+        Ingest first(store, options);
+        add(first);
+        left = first.hand_over();
+      }
+      EXPECT_EQ(left.triangles, s.triangles.size());
+      {
+        Ingest second(store, options, left);
+        second.order();
+        left = second.hand_over();
+      }
+      ScanMesh mesh;
+      {
+        Ingest third(store, options, left);
+        mesh = third.finish(graph);
+      }
+      EXPECT_EQ(read_back(store, mesh), read_back(one, expected));
+      EXPECT_EQ(mesh.has_colours, expected.has_colours);
+      EXPECT_EQ(mesh.topology.boundary_loops, expected.topology.boundary_loops);
+      for (std::uint32_t t = 0; t < mesh.layout.tile_count(); ++t) {
+        for (const std::string_view field :
+             {std::string_view(fields::kColour.name), fields::kWantedDirection.name}) {
+          EXPECT_EQ(*store.read_chunk(field, TileId(t)), *one.read_chunk(field, TileId(t)));
+        }
+      }
+      for (const char* scratch :
+           {"ingest/order", "ingest/raw_position", "ingest/raw_triangle", "ingest/raw_colour",
+            "ingest/raw_direction", "ingest/position", "ingest/raw_wide_triangle"}) {
+        EXPECT_FALSE(store.has_chunk(scratch, TileId(0))) << scratch;
+      }
+    }
+  }
+}
+
 TEST(Ingest, LeavesNoScratchBehind) {
   class CountingStore final : public Store {
    public:
