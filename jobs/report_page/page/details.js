@@ -37,7 +37,8 @@ class Details {
     dialog.addEventListener("click", (event) => {
       if (event.target === dialog) dialog.close();
     });
-    dialog.addEventListener("close", () => { this.scan = null; });
+    // The event comes late: the next scan may have been opened by then.
+    dialog.addEventListener("close", () => { if (!dialog.open) this.scan = null; });
   }
 
   go(step) {
