@@ -20,7 +20,8 @@ constexpr std::string_view kTaskBody = R"BASH(
 shard=$((SLURM_ARRAY_TASK_ID + ${1:-0}))
 task="${SLURM_ARRAY_JOB_ID}_${SLURM_ARRAY_TASK_ID}"
 restarts=${SLURM_RESTART_COUNT:-0}
-say() { echo "$(date '+%F %T') task $task on ${SLURMD_NODENAME:-$(hostname)}: $*"; }
+# Builtins alone: bash 5.2 may fail where a trap that substitutes a command interrupts another one.
+say() { printf '%(%F %T)T task %s on %s: %s\n' -1 "$task" "${SLURMD_NODENAME:-$HOSTNAME}" "$*"; }
 
 # Nine tenths of the memory that Slurm granted (MiB); the rest is for what it counts besides.
 granted=${SLURM_MEM_PER_NODE:-$((${SLURM_MEM_PER_CPU:-0} * ${SLURM_CPUS_ON_NODE:-1}))}
@@ -61,10 +62,12 @@ fi
 if [ "$code" -eq 75 ] && [ -z "$ended" ]; then
   if [ "$restarts" -ge "$most_restarts" ]; then
     say "started $((restarts + 1)) times, and not again"
-  elif scontrol requeue "$task"; then
-    say "waits for another turn"
-    sleep 600 &
-    wait "$!" || true  # until Slurm ends this one
+  else
+    say "asks for another turn"
+    if scontrol requeue "$task"; then
+      sleep 600 &
+      wait "$!" || true  # until Slurm ends this one
+    fi
   fi
 fi
 say "ends with code $code"

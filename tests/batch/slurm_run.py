@@ -120,7 +120,7 @@ def check_trouble(batch, args):
     check(batch.preempted, f"tasks that made room for an urgent job: {sorted(batch.preempted)}")
     limited = {t for t, count in batch.warnings().items() if count > (t in batch.preempted)}
     check(limited, f"tasks that were told that their time is up: {sorted(limited)}")
-    turns = sum(log.count("waits for another turn") for log in batch.logs().values())
+    turns = sum(log.count("asks for another turn") for log in batch.logs().values())
     check(turns > 0, f"tasks saved their work and asked for another turn {turns} times")
     check(not any("TIMEOUT" in s for s in batch.cluster.field(job, "JobState")),
           "no task was ended by its time limit")

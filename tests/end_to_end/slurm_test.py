@@ -125,7 +125,7 @@ class SlurmBatch(unittest.TestCase):
         task = started()[0]["slurm"]
         # As the warning before a time limit, or a user who wants the node for something else.
         self.cluster.run("scancel", "--signal=USR1", "--batch", task)
-        self.cluster.wait("the requeue", lambda: "waits for another turn" in
+        self.cluster.wait("the requeue", lambda: "asks for another turn" in
                           self.log(f"{task}.log"), 30)
         self.cluster.wait("the requeued task", lambda: self.cluster.queue().get(task) != "RUNNING")
         self.assertEqual(self.cluster.queue().get(jobs["merge"]), "PENDING")
