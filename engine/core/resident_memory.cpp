@@ -81,7 +81,7 @@ void prefer_large_pages() {
   if (mallctl == nullptr || usual_hooks != nullptr) {
     return;
   }
-  std::size_t size = sizeof usual_hooks;
+  std::size_t size = sizeof(void*);
   if (mallctl("arena.0.extent_hooks", &usual_hooks, &size, nullptr, 0) != 0 ||
       usual_hooks == nullptr || usual_hooks->allocate == nullptr) {
     return;
@@ -99,7 +99,7 @@ void prefer_large_pages() {
     mallctl((arena + ".initialized").c_str(), &in_use, &size, nullptr, 0);
     if (in_use) {
       ExtentHooks* hooks = &large_hooks;
-      mallctl((arena + ".extent_hooks").c_str(), nullptr, nullptr, &hooks, sizeof hooks);
+      mallctl((arena + ".extent_hooks").c_str(), nullptr, nullptr, &hooks, sizeof(void*));
     }
   }
 }

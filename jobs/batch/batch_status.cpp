@@ -131,7 +131,7 @@ BatchStatus read_batch_status(const std::string& directory) {
       ++status.interrupted;
     } else {
       status.failures.push_back({id, scan.exit, scan.attempts, std::string(scan.sentence),
-                                 directory + "/" + id + ".log"});
+                                 fmt::format("{}/{}.log", directory, id)});
     }
   }
   const std::uint64_t known = journal.scans().size();

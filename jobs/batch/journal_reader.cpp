@@ -110,11 +110,13 @@ Name name_of(std::string_view text) {
 /// A record from the events of a parser, without a tree of it: a journal may have millions.
 class RecordParser {
  public:
+  // NOLINTBEGIN(readability-identifier-naming): names that the parser looks for
   using number_integer_t = nlohmann::json::number_integer_t;
   using number_unsigned_t = nlohmann::json::number_unsigned_t;
   using number_float_t = nlohmann::json::number_float_t;
   using string_t = nlohmann::json::string_t;
   using binary_t = nlohmann::json::binary_t;
+  // NOLINTEND(readability-identifier-naming)
 
   bool parse(std::string_view line) {
     start_ = {};

@@ -108,6 +108,7 @@ void read_csv(const std::string& file, std::string_view text, const Columns& col
   }
   std::vector<std::string> names;
   const std::string head = fmt::format("{}: line {}", file, reader.line());
+  names.reserve(cells.size());
   for (const std::string& cell : cells) {
     names.emplace_back(trimmed(cell));
   }

@@ -86,6 +86,7 @@ void read_both(Pipe& out, Pipe& error, CommandOutput& result) {
 CommandOutput run_command(const std::vector<std::string>& words) {
   CommandOutput result;
   std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
   for (const std::string& word : words) {
     arguments.push_back(const_cast<char*>(word.c_str()));
   }

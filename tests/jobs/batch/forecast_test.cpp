@@ -39,8 +39,9 @@ struct Grid {
              : normals          ? fmt::format(" {}//{}", v + 1, v + 1)
                                 : fmt::format(" {}", v + 1);
     };
-    for_triangles(
-        [&](int a, int b, int c) { text += fmt::format("f{}{}{}\n", corner(a), corner(b), corner(c)); });
+    for_triangles([&](int a, int b, int c) {
+      text += fmt::format("f{}{}{}\n", corner(a), corner(b), corner(c));
+    });
     return text;
   }
   std::string off() const {
