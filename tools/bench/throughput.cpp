@@ -182,11 +182,11 @@ TimedCommand batch_once(const ThroughputOptions& options, const fs::path& scans,
 TimedCommand draco_loop(const ThroughputOptions& options, const fs::path& scans) {
   const fs::path out = fs::path(options.directory) / "loop.out";
   fs::create_directories(out);
+  const std::string loop =
+      "for scan in \"$1\"/*.ply; do name=${scan##*/}; "
+      "draco_encoder -i \"$scan\" -o \"$2/${name%.ply}.drc\"; done";
   const TimedCommand command =
-      time_command({"sh", "-ec",
-                    "for scan in \"$1\"/*.ply; do name=${scan##*/}; "
-                    "draco_encoder -i \"$scan\" -o \"$2/${name%.ply}.drc\"; done",
-                    "sh", scans.string(), out.string()});
+      time_command({"sh", "-ec", loop, "sh", scans.string(), out.string()});
   fs::remove_all(out);
   return command;
 }
