@@ -2,6 +2,7 @@
 #include "tools/rattan/batch_console.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <sys/ioctl.h>
@@ -17,7 +18,7 @@ namespace rattan {
 namespace {
 
 std::string duration_text(double seconds) {
-  const auto s = static_cast<std::uint64_t>(std::max(seconds, 0.0) + 0.5);
+  const auto s = static_cast<std::uint64_t>(std::llround(std::max(seconds, 0.0)));
   return s < 3600 ? fmt::format("{}:{:02}", s / 60, s % 60)
                   : fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
 }

@@ -165,7 +165,7 @@ class Selector {
     }
     std::string same = here;
     for (const auto& [column, value] : row.options) {
-      same += '\n' + column + '=' + value;
+      same.append(1, '\n').append(column).append(1, '=').append(value);
     }
     std::shared_ptr<const ItemOptions>& known = rows_[same];
     if (!known) {
