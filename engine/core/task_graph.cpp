@@ -3,14 +3,11 @@
 
 #include <atomic>
 #include <exception>
-#include <semaphore>
-#include <thread>
 #include <utility>
 
 #include <oneapi/tbb/flow_graph.h>
 #include <oneapi/tbb/task_arena.h>
 
-#include "engine/core/disk_reads.h"
 #include "engine/core/errors.h"
 #include "engine/core/hand_over.h"
 
@@ -29,27 +26,7 @@ struct InFlight {
 
 using Message = std::shared_ptr<InFlight>;
 
-// Fewer tiles than this aren't worth a thread.
-constexpr std::uint32_t kTilesForThread = 8;
-
-std::atomic<std::uint64_t> disk_read_count{0};
-
-/// Whether anything came from a disk since the last pass that asked.
-bool loading_waits() {
-  static std::atomic<std::uint64_t> seen{0};
-  const std::uint64_t now = disk_reads();
-  return seen.exchange(now, std::memory_order_relaxed) != now;
-}
-
 }  // namespace
-
-void note_disk_read() {
-  disk_read_count.fetch_add(1, std::memory_order_relaxed);
-}
-
-std::uint64_t disk_reads() {
-  return disk_read_count.load(std::memory_order_relaxed);
-}
 
 TaskGraph::TaskGraph(TaskGraphOptions options, ProgressSink* progress, std::stop_token stop,
                      Steps* steps)
@@ -87,14 +64,13 @@ void TaskGraph::run(std::string_view name, std::uint32_t tile_count,
   HandOver committed;
   begun.give();
 
-  std::counting_semaphore<> free(options_.tiles_in_flight);  // tiles that the reader may load
   flow::graph g;
   std::uint32_t next = 0;
-  // The next tile, or nothing after the last one to come.
-  const auto make_next = [&]() -> Message {
+  flow::input_node<Message> source(g, [&](oneapi::tbb::flow_control& control) -> Message {
     begun.take();
     made.take();
     if (next == tile_count || abandon.load(std::memory_order_relaxed) || stop_.stop_requested()) {
+      control.stop();
       ended.give();
       return {};
     }
@@ -109,24 +85,16 @@ void TaskGraph::run(std::string_view name, std::uint32_t tile_count,
     m->handed.give();
     made.give();
     return m;
-  };
-  const auto load = [&](Message m) {
+  });
+  flow::limiter_node<Message> tokens(g, static_cast<std::size_t>(options_.tiles_in_flight));
+  flow::function_node<Message, Message> loader(g, flow::serial, [&](Message m) {
     m->handed.take();
     loaded.take();
     guarded(m, [](TileTask& t) { t.load(); });
     loaded.give();
     m->handed.give();
     return m;
-  };
-  flow::input_node<Message> source(g, [&](oneapi::tbb::flow_control& control) -> Message {
-    Message m = make_next();
-    if (!m) {
-      control.stop();
-    }
-    return m;
   });
-  flow::limiter_node<Message> tokens(g, static_cast<std::size_t>(options_.tiles_in_flight));
-  flow::function_node<Message, Message> loader(g, flow::serial, load);
   flow::function_node<Message, Message> computer(g, static_cast<std::size_t>(options_.threads),
                                                  [&](Message m) {
                                                    m->handed.take();
@@ -149,41 +117,16 @@ void TaskGraph::run(std::string_view name, std::uint32_t tile_count,
     }
     committed.give();
     ended.give();
-    free.release();
     return flow::continue_msg();
   });
+  flow::make_edge(source, tokens);
+  flow::make_edge(tokens, loader);
+  flow::make_edge(loader, computer);
   flow::make_edge(computer, in_order);
   flow::make_edge(in_order, committer);
-  if (tile_count >= kTilesForThread && loading_waits()) {
-    // A worker that waits for the disk computes nothing meanwhile.
-    const auto read_all = [&] {
-      while (true) {
-        free.acquire();
-        Message m = make_next();
-        if (!m) {
-          break;
-        }
-        computer.try_put(load(std::move(m)));
-      }
-      g.release_wait();
-    };
-    g.reserve_wait();
-    std::jthread reader;
-    try {
-      reader = std::jthread(read_all);
-    } catch (...) {
-      g.release_wait();
-      throw;
-    }
-    g.wait_for_all();
-  } else {
-    flow::make_edge(source, tokens);
-    flow::make_edge(tokens, loader);
-    flow::make_edge(loader, computer);
-    flow::make_edge(committer, tokens.decrementer());
-    source.activate();
-    g.wait_for_all();
-  }
+  flow::make_edge(committer, tokens.decrementer());
+  source.activate();
+  g.wait_for_all();
   ended.take();
 
   if (first_error) {

@@ -5,7 +5,6 @@
 #include <span>
 #include <utility>
 
-#include "engine/core/disk_reads.h"
 #include "engine/core/errors.h"
 #include "engine/core/memory_budget.h"
 #include "io/store/checksum.h"
@@ -178,7 +177,6 @@ ChunkBytes Hdf5Store::read_chunk(std::string_view field, TileId tile) {
       lock.unlock();
       bytes->resize(size);
       path = file.path();
-      note_disk_read();
       file.read(f.short_name, offset, *bytes);
     }
     if (chunk_checksum(field, tile.value, *bytes) != expected) {
