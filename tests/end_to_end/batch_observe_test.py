@@ -135,8 +135,9 @@ class Observe(unittest.TestCase):
 
     def test_metrics_while_it_runs(self):
         """Always whole, and of the present."""
-        for k in range(3):
-            subprocess.run([RATTAN, "synth", "-o", self.scans / f"{k}.ply", "--triangles", "300000",
+        # The first takes some seconds, and the file is written every second.
+        for k, triangles in enumerate(("1500000", "300000", "300000")):
+            subprocess.run([RATTAN, "synth", "-o", self.scans / f"{k}.ply", "--triangles", triangles,
                             "--seed", str(k), "--quiet"], check=True)
         run = subprocess.Popen([RATTAN, "batch", self.scans, "-o", self.out, "--ratio", "0.05",
                                 "--threads", "1", "--quiet", "--metrics", self.prom])
