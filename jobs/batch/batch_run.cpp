@@ -4,13 +4,11 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
-#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <poll.h>
 #include <sched.h>
 #include <sys/resource.h>
-#include <sys/signalfd.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
@@ -21,10 +19,13 @@
 #include "engine/core/resident_memory.h"
 #include "jobs/batch/admission.h"
 #include "jobs/batch/batch_files.h"
+#include "jobs/batch/batch_signals.h"
 #include "jobs/batch/child_log.h"
 #include "jobs/batch/child_process.h"
 #include "jobs/batch/claims.h"
 #include "jobs/batch/item_states.h"
+#include "jobs/batch/verdict.h"
+#include "jobs/exit_codes.h"
 #include "jobs/memory_share.h"
 
 namespace rattan {
@@ -32,14 +33,6 @@ namespace rattan {
 namespace fs = std::filesystem;
 
 namespace {
-
-// Exit codes of `rattan remesh`, and of a batch.
-constexpr int kDone = 0;
-constexpr int kDefect = 1;
-constexpr int kUsage = 2;
-constexpr int kUnusable = 3;
-constexpr int kResource = 4;
-constexpr int kInterrupted = 75;
 
 // Seconds.
 constexpr double kTick = 1.0;
@@ -72,57 +65,6 @@ double cpu_seconds_of(int who) {
   ::getrusage(who, &used);
   return static_cast<double>(used.ru_utime.tv_sec + used.ru_stime.tv_sec) +
          1e-6 * static_cast<double>(used.ru_utime.tv_usec + used.ru_stime.tv_usec);
-}
-
-/// Signals as something to poll, while it lives.
-class Signals {
- public:
-  Signals() {
-    sigemptyset(&set_);
-    for (const int signal : {SIGTERM, SIGINT, SIGUSR1, SIGCHLD}) {
-      sigaddset(&set_, signal);
-    }
-    ::pthread_sigmask(SIG_BLOCK, &set_, &before_);
-    descriptor_ = ::signalfd(-1, &set_, SFD_CLOEXEC | SFD_NONBLOCK);
-    ensure(descriptor_ >= 0, "signals can be read");
-  }
-  Signals(const Signals&) = delete;
-  Signals& operator=(const Signals&) = delete;
-  ~Signals() {
-    ::close(descriptor_);
-    ::pthread_sigmask(SIG_SETMASK, &before_, nullptr);
-  }
-  int descriptor() const { return descriptor_; }
-  /// 0 if there is none.
-  int next() const {
-    signalfd_siginfo info{};
-    return ::read(descriptor_, &info, sizeof(info)) == sizeof(info)
-               ? static_cast<int>(info.ssi_signo)
-               : 0;
-  }
-
- private:
-  sigset_t set_{};
-  sigset_t before_{};
-  int descriptor_ = -1;
-};
-
-/// The worst of two exit codes of scans, as a batch tells them.
-int worse(int a, int b) {
-  const auto rank = [](int exit) {
-    switch (exit) {
-      case kDone:
-        return 0;
-      case kUsage:
-      case kUnusable:
-        return 1;
-      case kResource:
-        return 2;
-      default:
-        return 3;
-    }
-  };
-  return rank(b) > rank(a) ? b : a;
 }
 
 class BatchRun {
@@ -187,11 +129,7 @@ class BatchRun {
 
   void choose() {
     for (std::size_t i = 0; i < items_.size(); ++i) {
-      Standing standing = states_.standing(i, options_);
-      if (standing == Standing::kDone && !states_.outputs_there(i)) {
-        states_.set_output_missing(i);
-        standing = Standing::kOutputMissing;
-      }
+      const Standing standing = states_.look(i, options_);
       if (to_do(standing)) {
         todo_.push_back(static_cast<std::uint32_t>(i));
       } else if (standing == Standing::kDone) {
@@ -251,9 +189,9 @@ class BatchRun {
     const bool all = admission_->waiting() == 0 && deferred_.empty();
     int exit = exit_;
     if (stopping_since_ > 0.0 && (!all || state_.interrupted > 0)) {
-      exit = kInterrupted;
-    } else if (exit_ == kUsage) {
-      exit = kUnusable;
+      exit = kExitInterrupted;
+    } else if (exit_ == kExitUsage) {
+      exit = kExitInput;
     }
     BatchRecord record = batch_record("end");
     record.seconds = now() - started_;
@@ -351,7 +289,7 @@ class BatchRun {
 
   void settle_elsewhere(std::size_t item) {
     const int exit = states_.exit(item);
-    if (exit == kDone) {
+    if (exit == kExitDone) {
       ++state_.before;
     } else {
       ++state_.failed_before;
@@ -427,13 +365,13 @@ class BatchRun {
       child.process = std::make_unique<ChildProcess>(attempt.command, options_.program.empty());
     } catch (const NoProcess& e) {
       // There may be room for one when others have ended.
-      attempt.exit = children_.empty() ? kResource : kInterrupted;
+      attempt.exit = children_.empty() ? kExitResource : kExitInterrupted;
       attempt.sentence = e.what();
       blocked_until_ = now() + kTick;
       finish(child, files);
       return false;
     } catch (const ResourceError& e) {
-      attempt.exit = kResource;
+      attempt.exit = kExitResource;
       attempt.sentence = e.what();
       finish(child, files);
       return true;
@@ -489,7 +427,7 @@ class BatchRun {
   void refuse(Child& child, const ItemFiles& files) {
     const Admission::Task& task = admission_->task(child.task);
     const std::uint64_t least = task.memory > 0 ? task.memory : task.forecast.least_memory;
-    child.attempt.exit = kResource;
+    child.attempt.exit = kExitResource;
     child.attempt.sentence = fmt::format(
         "{}: this scan needs at least {} of memory, and {} are left for scans of the batch's {}. "
         "Allow --memory {}MiB, or ask for fewer faces.",
@@ -551,19 +489,21 @@ class BatchRun {
     a.sentence = child.log.sentence();
     if (process.was_signalled()) {
       a.signal = process.signal();
-      judge_signal(child);
+      judge_signal(
+          a, item.scan,
+          child.killed_by_us || (stopping() && (a.signal == SIGTERM || a.signal == SIGKILL)));
     } else {
       a.exit = process.exit_code();
-      if (a.exit != kDone && a.exit != kUsage && a.exit != kUnusable && a.exit != kResource &&
-          a.exit != kInterrupted) {
-        a.exit = kDefect;
+      if (a.exit != kExitDone && a.exit != kExitUsage && a.exit != kExitInput &&
+          a.exit != kExitResource && a.exit != kExitInterrupted) {
+        a.exit = kExitDefect;
       }
     }
-    if (a.exit == kDone) {
+    if (a.exit == kExitDone) {
       a.sentence.clear();
       a.outputs = written_outputs(item, options_);
       if (a.outputs.size() != item_outputs(item).size()) {
-        a.exit = kDefect;
+        a.exit = kExitDefect;
         a.sentence = "the run said that it was done, but not all outputs are there";
       }
     } else if (a.sentence.empty()) {
@@ -573,41 +513,13 @@ class BatchRun {
     finish(child, files);
   }
 
-  void judge_signal(Child& child) const {
-    Attempt& a = child.attempt;
-    const std::string said = a.sentence.empty() ? "" : " It said last: " + a.sentence;
-    const char* name = ::strsignal(a.signal);
-    if (child.killed_by_us || (stopping() && (a.signal == SIGTERM || a.signal == SIGKILL))) {
-      a.exit = kInterrupted;
-      a.sentence =
-          "Stopped before its work was saved; the next run takes it up where it was "
-          "saved last.";
-    } else if (a.signal == SIGKILL) {
-      a.exit = kResource;
-      a.sentence = fmt::format(
-          "{}: killed, most likely for want of memory ({} were granted, {} used). Allow less with "
-          "--memory, or fewer scans at once with --jobs.{}",
-          item_of(child.task).scan, format_bytes(a.memory), format_bytes(a.peak_rss_bytes), said);
-    } else if (a.signal == SIGTERM || a.signal == SIGINT || a.signal == SIGUSR1 ||
-               a.signal == SIGHUP) {
-      a.exit = kInterrupted;
-      a.sentence = fmt::format("Ended by signal {} ({}) from elsewhere.", a.signal, name);
-    } else {
-      a.exit = kDefect;
-      a.sentence = fmt::format(
-          "{}: a defect in Rattan: ended by signal {} ({}). Please report it with the scan and the "
-          "command.{}",
-          item_of(child.task).scan, a.signal, name, said);
-    }
-  }
-
   // The attempt ended one way or the other: says so to everyone.
   void finish(Child& child, const ItemFiles& files) {
     const BatchItem& item = item_of(child.task);
     Attempt& a = child.attempt;
-    if (a.exit == kDone) {
+    if (a.exit == kExitDone) {
       ::unlink(files.log.c_str());
-    } else if (a.exit != kInterrupted) {
+    } else if (a.exit != kExitInterrupted) {
       write_log(child, files);
     }
     EndRecord r;
@@ -642,11 +554,11 @@ class BatchRun {
       return false;
     }
     states_.expect_again(todo_[child.task], a.number);
-    if (a.exit == kInterrupted && ++interruptions_[child.task] < kMostInterruptions) {
+    if (a.exit == kExitInterrupted && ++interruptions_[child.task] < kMostInterruptions) {
       admission_->put_back(child.task, false);
       return true;
     }
-    if (a.exit != kResource || a.signal != 0 || a.pid == 0) {
+    if (a.exit != kExitResource || a.signal != 0 || a.pid == 0) {
       return false;
     }
     if (a.sentence.find("the work directory is in use") != std::string::npos) {
@@ -666,7 +578,7 @@ class BatchRun {
     admission_->ended(child.task);
     state_.cpu_seconds += a.cpu_seconds;
     switch (a.exit) {
-      case kDone:
+      case kExitDone:
         ++state_.done;
         state_.cost_done += a.cost;
         state_.triangles_done += a.triangles;
@@ -676,21 +588,23 @@ class BatchRun {
           admission_->set_pace(std::clamp(taken_ / std::max(foreseen_, 1e-9), 0.1, 20.0));
         }
         break;
-      case kUsage:
-      case kUnusable:
+      case kExitUsage:
+      case kExitInput:
         ++state_.unusable;
         break;
-      case kResource:
+      case kExitResource:
         ++state_.resource;
         break;
-      case kInterrupted:
+      case kExitInterrupted:
         ++state_.interrupted;
         break;
       default:
         ++state_.defect;
     }
     // Stopped by somebody else again and again: left to the next run.
-    exit_ = worse(exit_, a.exit != kInterrupted ? a.exit : stopping() ? kDone : kResource);
+    exit_ = worse(exit_, a.exit != kExitInterrupted ? a.exit
+                         : stopping()               ? kExitDone
+                                                    : kExitResource);
   }
 
   void write_log(Child& child, const ItemFiles& files) const {
@@ -781,7 +695,7 @@ class BatchRun {
   BatchRunOptions options_;
   ItemStates states_;
   JournalWriter journal_;
-  Signals signals_;
+  BatchSignals signals_;
   double started_;
   std::string host_;
   std::string slurm_;
@@ -797,7 +711,7 @@ class BatchRun {
   std::vector<std::unique_ptr<Claim>> released_;  ///< of what ended, until that is on the disk
   std::vector<std::uint32_t> deferred_;           ///< tasks that other processes have
   BatchState state_;
-  int exit_ = kDone;
+  int exit_ = kExitDone;
   double foreseen_ = 0.0;
   double taken_ = 0.0;
   double look_again_at_ = 0.0;
@@ -829,11 +743,7 @@ std::vector<Standing> plan_batch(const std::vector<BatchItem>& items,
   std::vector<Standing> plan;
   plan.reserve(items.size());
   for (std::size_t i = 0; i < items.size(); ++i) {
-    Standing standing = states.standing(i, options);
-    if (standing == Standing::kDone && !states.outputs_there(i)) {
-      standing = Standing::kOutputMissing;
-    }
-    plan.push_back(standing);
+    plan.push_back(states.look(i, options));
   }
   return plan;
 }

@@ -10,6 +10,7 @@
 #include "engine/core/errors.h"
 #include "jobs/batch/claims.h"
 #include "jobs/batch/journal.h"
+#include "jobs/exit_codes.h"
 
 namespace rattan {
 
@@ -127,7 +128,7 @@ BatchStatus read_batch_status(const std::string& directory) {
       }
     } else if (scan.exit == 0) {
       ++status.done;
-    } else if (scan.exit == 75) {
+    } else if (scan.exit == kExitInterrupted) {
       ++status.interrupted;
     } else {
       status.failures.push_back({id, scan.exit, scan.attempts, std::string(scan.sentence),

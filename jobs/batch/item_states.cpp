@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "jobs/exit_codes.h"
 #include "jobs/version.h"
 
 namespace rattan {
@@ -141,22 +142,31 @@ Standing ItemStates::standing(std::size_t item, const BatchRunOptions& options) 
   if (s.key != hash_of(i.what->key)) {
     return Standing::kOptionsChanged;
   }
-  if (s.attempts > s.ended || s.exit == 75) {
+  if (s.attempts > s.ended || s.exit == kExitInterrupted) {
     return Standing::kUnfinished;
   }
   if (ended_since(item)) {
-    return s.exit == 0 ? Standing::kDone : Standing::kFailed;
+    return s.exit == kExitDone ? Standing::kDone : Standing::kFailed;
   }
   if (options.fresh) {
     return Standing::kFresh;
   }
-  if (s.exit == 0) {
+  if (s.exit == kExitDone) {
     return s.missing ? Standing::kOutputMissing : Standing::kDone;
   }
-  if (s.exit == 4 || options.retry_failed) {
+  if (s.exit == kExitResource || options.retry_failed) {
     return Standing::kRetry;
   }
   return s.rattan != hash_of(rattan_identity()) ? Standing::kRattanChanged : Standing::kFailed;
+}
+
+Standing ItemStates::look(std::size_t item, const BatchRunOptions& options) {
+  const Standing by_journal = standing(item, options);
+  if (by_journal == Standing::kDone && !outputs_there(item)) {
+    states_[item].missing = true;
+    return Standing::kOutputMissing;
+  }
+  return by_journal;
 }
 
 bool ItemStates::outputs_there(std::size_t item) const {

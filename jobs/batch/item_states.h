@@ -23,16 +23,15 @@ class ItemStates final : private JournalVisitor {
   void refresh() { reader_.refresh(*this); }
   /// What is ended from now on is settled: see standing().
   void begin();
-  /// Whether or not the journal says that it is done, its output isn't there.
-  void set_output_missing(std::size_t item) { states_[item].missing = true; }
   /// But not this attempt: it is to be made again.
   void expect_again(std::size_t item, int attempt);
 
   /// By journal alone. After begin(), what ended since is not to be done again, however it ended,
   /// but for interruptions.
   Standing standing(std::size_t item, const BatchRunOptions& options) const;
-  /// Whether the outputs are there with the bytes that were written.
-  bool outputs_there(std::size_t item) const;
+  /// standing(), and kOutputMissing from now on if it is done but its outputs aren't there with the
+  /// bytes that were written.
+  Standing look(std::size_t item, const BatchRunOptions& options);
 
   int attempts(std::size_t item) const { return states_[item].attempts; }
   /// The last attempt has no end, and would be made in the same way now.
@@ -60,6 +59,7 @@ class ItemStates final : private JournalVisitor {
 
   std::uint32_t find(std::string_view id) const;
   bool same_work(std::size_t item) const;
+  bool outputs_there(std::size_t item) const;
   void visit(const StartRecord& record) override;
   void visit(const EndRecord& record) override;
 

@@ -4,14 +4,9 @@
 #include <functional>
 #include <string>
 
-namespace rattan {
+#include "jobs/exit_codes.h"
 
-inline constexpr int kExitDone = 0;
-inline constexpr int kExitDefect = 1;
-inline constexpr int kExitUsage = 2;
-inline constexpr int kExitInput = 3;
-inline constexpr int kExitResource = 4;
-inline constexpr int kExitInterrupted = 75;
+namespace rattan {
 
 /// Told the sentence and the exit code of an error that ends a command.
 using ErrorSink = std::function<void(const std::string&, int)>;
