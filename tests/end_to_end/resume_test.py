@@ -2,6 +2,7 @@
 """Nothing is lost: a run that is killed, interrupted, out of disk or finds its work damaged goes on
 when the same command is given again, and ends with the bytes of an undisturbed run."""
 
+import fnmatch
 import hashlib
 import json
 import os
@@ -19,6 +20,14 @@ RATTAN = os.environ["RATTAN"]
 SOONEST = dict(os.environ, RATTAN_CHECKPOINT_SECONDS="0")  # a checkpoint after every step
 # What may differ between a run and one that was resumed.
 OF_THE_RUN = {"stages", "seconds", "peak_rss_bytes", "memory_budget_bytes", "work", "warnings"}
+
+
+def names_in(folder):
+    """What a folder holds; nothing if the program has just removed it."""
+    try:
+        return os.listdir(folder)
+    except FileNotFoundError:
+        return []
 
 
 def digest(path):
@@ -104,7 +113,7 @@ class Resume(unittest.TestCase):
     def kill_in(self, pattern, *options, sent=signal.SIGKILL, **more):
         """Ends a run once a file of the pattern is there."""
         process = self.start(*options, **more)
-        while not list(self.work.glob(pattern)) or not (self.work / "checkpoint").exists():
+        while not (fnmatch.filter(names := names_in(self.work), pattern) and "checkpoint" in names):
             self.assertIsNone(process.poll(), "ended too early")
             time.sleep(0.002)
         process.send_signal(sent)
@@ -144,8 +153,7 @@ class Resume(unittest.TestCase):
         process = self.start(env=os.environ)
         seen = set()
         while process.poll() is None:
-            if self.work.exists():
-                seen.update(p.name for p in self.work.iterdir())
+            seen.update(names_in(self.work))
             time.sleep(0.005)
         process.communicate()
         if self.undisturbed()[2] < 4:
