@@ -21,6 +21,7 @@ void add_slurm_command(CLI::App& app, Action& action);
 void add_synth_command(CLI::App& app, Action& action);
 void add_compare_command(CLI::App& app, Action& action);
 void add_render_command(CLI::App& app, Action& action);
+void add_export_command(CLI::App& app, Action& action);
 void add_info_command(CLI::App& app, Action& action);
 
 }  // namespace rattan

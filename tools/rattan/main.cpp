@@ -59,6 +59,7 @@ int parse_and_run(int argc, char** argv, JsonLog* log) {
   add_slurm_command(app, action);
   add_compare_command(app, action);
   add_render_command(app, action);
+  add_export_command(app, action);
   add_info_command(app, action);
   add_synth_command(app, action);
 
