@@ -292,7 +292,7 @@ class LayoutJob : public ScanJob {
     PolygonMesh base = base_complex(*charts_, *flat_);
     const MeshTopology t = check_topology(base);
     const ScanTopology& scan = mesh_.topology;
-    ensure(t.clean() && t.components == scan.components &&
+    ensure(t.simple() && t.components == scan.components &&
                t.boundary_loops == scan.boundary_loops && t.euler() == scan.euler(),
            "the base complex is a simple mesh with the scan's topology");
     report_.base.quads = base.face_count();
