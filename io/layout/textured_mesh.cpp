@@ -229,14 +229,14 @@ class Matcher {
   /// components, each begun from any match that can be carried through. Components that are alike
   /// throughout can stand for each other, so no choice is taken back later.
   std::string match_alike(const std::vector<Keyed>& order) {
-    const std::string difference = "of the triangles alike, some are connected differently";
+    constexpr const char* kDifference = "of the triangles alike, some are connected differently";
     if (alike_.empty()) {
       return {};
     }
     taken_.assign(order.size(), 0);
     std::vector<std::uint32_t> joined;
     if (!propagate(order, joined)) {
-      return difference;
+      return kDifference;
     }
     for (std::uint32_t i = 0; i < alike_.size(); ++i) {
       Alike& a = alike_[i];
@@ -246,7 +246,7 @@ class Matcher {
         }
       }
       if (a.match == kNone) {
-        return difference;
+        return kDifference;
       }
     }
     return {};
