@@ -3,74 +3,32 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <optional>
 
 #include <fmt/format.h>
-#include <oneapi/tbb/global_control.h>
-#include <oneapi/tbb/task_arena.h>
 
 #include "engine/core/resident_memory.h"
-#include "engine/mesh/ingest.h"
-#include "engine/mesh/scan_record.h"
 #include "engine/remesh/quality.h"
 #include "engine/remesh/topology.h"
 #include "io/remesh/remesh_writer.h"
-#include "io/scan/field_reader.h"
-#include "io/scan/scan_reader.h"
-#include "io/store/hdf5_store.h"
-#include "io/store/work_lock.h"
 #include "jobs/job_context.h"
-#include "jobs/job_steps.h"
 #include "jobs/memory_plan.h"
-#include "jobs/memory_share.h"
 #include "jobs/output_names.h"
 #include "jobs/page_files.h"
 #include "jobs/preview.h"
 #include "jobs/quad_finisher.h"
 #include "jobs/quad_maker.h"
-#include "jobs/repair_warnings.h"
-#include "jobs/scan_token.h"
+#include "jobs/scan_job.h"
 #include "jobs/size_list.h"
 #include "jobs/size_plan.h"
-#include "jobs/stage_clock.h"
 #include "jobs/target_size.h"
 #include "jobs/version.h"
+#include "jobs/work_record.h"
 
 namespace rattan {
 
 namespace {
-
-/// Keeps the warnings for the report on their way to the caller.
-class RecordingProgress final : public ProgressSink {
- public:
-  RecordingProgress(ProgressSink& next, std::vector<std::string>& warnings)
-      : next_(next), warnings_(warnings) {}
-  void progress(std::string_view stage, std::uint64_t done, std::uint64_t total) override {
-    next_.progress(stage, done, total);
-  }
-  void warning(const std::string& sentence) override {
-    warnings_.push_back(sentence);
-    next_.warning(sentence);
-  }
-
- private:
-  ProgressSink& next_;
-  std::vector<std::string>& warnings_;
-};
-
-/// The input files, read.
-struct ReadInput {
-  std::vector<std::string> hashes;  ///< of the scan's bytes, and of the directions if there are any
-  IngestRecord ingest;
-};
-
-template <class A>
-void members_of(A& a, ReadInput& r) {
-  a(r.hashes);
-  a(r.ingest);
-}
 
 /// Figures of a remesh that is ready to be written.
 struct Verified {
@@ -78,76 +36,24 @@ struct Verified {
   MeshQuality quality;
 };
 
-/// One attempt at a job: all its stages in order, from wherever saved work takes it up.
-class RemeshJob {
+class RemeshJob : public ScanJob {
  public:
-  struct Attempt {
-    bool fresh = false;
-    std::size_t most_steps = std::numeric_limits<std::size_t>::max();
-    std::vector<std::string> warnings;  ///< of the attempts before
-    double start = 0.0;
-  };
-
-  RemeshJob(const RemeshOptions& options, const std::string& work_directory, const WorkLock& lock,
-            ProgressSink& progress, const StopRequests& stop, JobEvents* events,
-            const Attempt& attempt)
-      : options_(options),
-        events_(events),
-        start_(attempt.start),
+  RemeshJob(const RemeshOptions& options, const JobPlace& place, const JobAttempt& attempt)
+      : ScanJob(options, place, attempt),
+        options_(options),
         names_(output_names(options_)),
         previews_(options_.preview.empty()
                       ? std::vector<std::string>(names_.size())
                       : expand_names(options_.preview, options_.size_kind, options_.sizes)),
-        progress_(progress, report_.warnings),
-        threads_(options.threads > 0 ? options.threads
-                                     : oneapi::tbb::this_task_arena::max_concurrency()),
-        parallelism_(oneapi::tbb::global_control::max_allowed_parallelism,
-                     static_cast<std::size_t>(threads_)),
-        memory_(options.memory > 0 ? options.memory : default_memory_share()),
-        budget_(memory_),
-        store_({.directory = work_directory,
-                .cache_bytes = memory_,
-                .budget = &budget_,
-                .keep = true,
-                .fresh = attempt.fresh}),
-        steps_(store_, stop.soon, attempt.most_steps),
-        tasks_({.threads = threads_, .tiles_in_flight = tiles_in_flight(memory_, threads_)},
-               &progress_, stop.now, &steps_),
-        clock_(
-            tasks_,
-            [this] {
-              return StageClock::StoreTraffic{store_.bytes_read(), store_.bytes_written(),
-                                              store_.bytes_moved()};
-            },
-            report_.stages,
-            [this](const StageRecord& stage) {
-              if (events_ != nullptr) {
-                events_->stage_ended(stage);
-              }
-            }),
         job_(options_, budget_, store_, tasks_, clock_, steps_),
         maker_(job_),
-        finisher_(job_) {
-    steps_.attach(clock_);
-    steps_.save_only_if([&lock] { return lock.held(); }, work_directory);
-    if (options_.checkpoint_seconds) {
-      steps_.policy().force(*options_.checkpoint_seconds);
-    }
-    for (const std::string& warning : attempt.warnings) {
-      report_.warnings.push_back(warning);
-    }
-    for (const std::string& damage : store_.damage()) {
-      progress_.warning(damage + " What it held is made again.");
-    }
-  }
-
-  const std::vector<std::string>& warnings() const { return report_.warnings; }
+        finisher_(job_) {}
 
   RemeshReport run() {
     check_memory(memory_wish(0, asked_faces(options_, 0)), memory_, options_.scan);
     process_memory_ = budget_.reserve(memory_need({.threads = threads_}, memory_).total(),
                                       "the program and tiles at work");
-    clock_.run("ingest", [&] { ingest(); });
+    clock_.run("ingest", [&] { job_.mesh = ingest(); });
     report_.outputs.resize(names_.size());
     std::vector<double> faces;
     for (const double size : options_.sizes) {
@@ -183,6 +89,7 @@ class RemeshJob {
     current_ = planned.size;
     report_.output = {};
     job_.target = target_size(options_.size_kind, options_.sizes[current_], job_.mesh);
+    store_.set_note(kOptionsNote, options_.canonical(options_.sizes[current_]));
     const bool shared = planned.owner && planned.owner == owner_ &&
                         maker_.make_from_last(planned.multiple * options_.density);
     if (!shared) {
@@ -204,70 +111,6 @@ class RemeshJob {
       clock_.run("page files", [&] { write_for_page(job_, finisher_, current_); });
     }
     finish_size();
-  }
-
-  void ingest() {
-    InputToken scan(store_, "scan", options_.scan);
-    std::string inputs = fmt::format(
-        "rattan={} {} scan={} tile-size={} merge-vertices={} drop-components={} fill-holes={}",
-        version(), commit(), scan.text(), options_.tile_size, options_.merge_vertices,
-        options_.drop_components, options_.fill_holes);
-    std::optional<InputToken> directions;
-    if (!options_.field.empty()) {
-      directions.emplace(store_, "field", options_.field);
-      inputs += " field=" + directions->text();
-    }
-    steps_.depend_on(inputs);
-    const ReadInput input = steps_.run("read", [&] { return read_input(); });
-    report_.input.sha256 = input.hashes.at(0);
-    scan.set_hash(input.hashes.at(0));
-    if (directions) {
-      field_hash_ = input.hashes.at(1);
-    }
-    steps_.before_long_step();
-    const IngestRecord ordered = steps_.run("order", [&] {
-      Ingest ingest(store_, ingest_options(), input.ingest);
-      ingest.order();
-      return ingest.hand_over();
-    });
-    steps_.before_long_step();
-    steps_.run("tiles", [&] {
-      Ingest ingest(store_, ingest_options(), ordered);
-      save_scan_mesh(store_, ingest.finish(tasks_));
-    });
-    job_.mesh = load_scan_mesh(store_);
-    if (events_ != nullptr) {
-      events_->scan_read(job_.mesh.topology);
-    }
-    warn_of_repairs(options_.scan, job_.mesh.repaired, progress_);
-  }
-
-  IngestOptions ingest_options() {
-    IngestOptions options;
-    options.tile_size = options_.tile_size;
-    options.memory_bytes = memory_ / 4;
-    options.budget = &budget_;
-    options.input_name = options_.scan;
-    options.merge = options_.merge_vertices ? Merge::kAlways : Merge::kSoup;
-    options.drop_components = options_.drop_components;
-    options.fill_holes = options_.fill_holes;
-    return options;
-  }
-
-  ReadInput read_input() {
-    Ingest ingest(store_, ingest_options());
-    ScanFileInfo info;
-    info.want_sha256 = true;
-    read_scan(options_.scan, ingest, &info, {.memory_bytes = memory_ / 2});
-    ReadInput read;
-    read.hashes.push_back(info.sha256);
-    if (!options_.field.empty()) {
-      read.hashes.push_back(
-          read_field(options_.field, ingest.vertex_count(),
-                     [&](std::span<const VertexDirection> d) { ingest.add_directions(d); }));
-    }
-    read.ingest = ingest.hand_over();
-    return read;
   }
 
   void compute_fields() {
@@ -380,7 +223,7 @@ class RemeshJob {
     if (owner_ != current_) {
       metadata.options += fmt::format(" lines-of={}", size_text(options_.sizes[*owner_]));
     }
-    metadata.input_hash = report_.input.sha256;
+    metadata.input_hash = record_.input.sha256;
     metadata.origin = job_.mesh.origin;
     steps_.depend_on(metadata.options);
     steps_.next_makes(names_[current_]);
@@ -447,24 +290,18 @@ class RemeshJob {
     }
     if (owner_ == current_) {
       const std::vector<SolveReport>& solves = job_.field.reports;
-      report_.solver.insert(report_.solver.end(), solves.begin(), solves.end());
-      report_.solver.push_back(maker_.phase_report());
+      record_.solver.insert(record_.solver.end(), solves.begin(), solves.end());
+      record_.solver.push_back(maker_.phase_report());
     }
   }
 
   void finish_report() {
+    finish_record();
+    static_cast<RunRecord&>(report_) = std::move(record_);
     report_.options = options_;
-    report_.input.path = options_.scan;
-    report_.input.topology = job_.mesh.topology;
-    report_.input.repaired = job_.mesh.repaired;
     report_.output = report_.outputs[0].output;
     report_.singularities = report_.outputs[0].singularities;
     report_.distance = report_.outputs[0].distance;
-    report_.work_bytes = store_.peak_disk_bytes();
-    report_.peak_rss_bytes = peak_rss_bytes();
-    report_.memory_budget_bytes = memory_;
-    report_.threads = threads_;
-    report_.seconds = wall_seconds() - start_;
     if (!options_.report.empty()) {
       write_report(report_, options_.report);
     }
@@ -475,61 +312,16 @@ class RemeshJob {
 
   RemeshReport report_;
   const RemeshOptions& options_;
-  JobEvents* events_;  ///< may be null
-  double start_;
   const std::vector<std::string> names_;     ///< one a size
   const std::vector<std::string> previews_;  ///< likewise
-  RecordingProgress progress_;
-  int threads_;
-  oneapi::tbb::global_control parallelism_;
-  std::uint64_t memory_;
-  MemoryBudget budget_;
-  Reservation process_memory_;
-  Reservation scan_memory_;
-  Hdf5Store store_;
-  JobSteps steps_;
-  TaskGraph tasks_;
-  StageClock clock_;
   JobContext job_;
   QuadMaker maker_;
   QuadFinisher finisher_;
 
-  std::string field_hash_;            ///< of the file of directions; empty: none
   std::size_t current_ = 0;           ///< which size is being made
   std::optional<std::size_t> owner_;  ///< the size whose field and phases the store holds
   bool expected_to_meet_ = false;     ///< before the curves were divided
 };
-
-/// As long as saved work turns out not to fit or to be damaged, with what is left of it.
-RemeshReport run_attempts(const RemeshOptions& options, const std::string& work_directory,
-                          const WorkLock& lock, ProgressSink& progress, const StopRequests& stop,
-                          JobEvents* events) {
-  constexpr int kMostDamages = 100;
-  RemeshJob::Attempt attempt{.fresh = options.fresh, .warnings = {}, .start = wall_seconds()};
-  for (int damages = 0;;) {
-    RemeshJob job(options, work_directory, lock, progress, stop, events, attempt);
-    attempt.fresh = false;
-    attempt.most_steps = std::numeric_limits<std::size_t>::max();
-    try {
-      return job.run();
-    } catch (const Rewind& rewind) {
-      attempt.most_steps = rewind.steps;
-      attempt.warnings = job.warnings();
-    } catch (const DamagedFile& damage) {
-      if (++damages > kMostDamages) {
-        throw ResourceError(std::string(damage.what()) +
-                            " It happens again and again: check the disk, or choose another "
-                            "directory with --work-dir.");
-      }
-      const std::string warning = std::string(damage.what()) + " What it held is made again.";
-      progress.warning(warning);
-      attempt.warnings = job.warnings();
-      attempt.warnings.push_back(warning);
-      std::error_code ignored;
-      std::filesystem::remove(damage.path(), ignored);
-    }
-  }
-}
 
 }  // namespace
 
@@ -538,23 +330,9 @@ RemeshReport remesh_scan(const RemeshOptions& options, ProgressSink& progress,
   const RemeshOptions resolved = options.resolved();
   const std::vector<std::string> outputs = output_names(resolved);
   for (const std::string& output : outputs) {
-    const std::filesystem::path folder = std::filesystem::path(output).parent_path();
-    std::error_code error;
-    if (!folder.empty() && !std::filesystem::is_directory(folder, error)) {
-      throw InputError(output, "", "there is no such directory",
-                       "Give a directory that exists and can be written to");
-    }
+    check_folder(output);
   }
-  const std::string work_directory =
-      resolved.work_dir.empty() ? outputs[0] + ".work" : resolved.work_dir;
-  const WorkLock lock(work_directory);
-  try {
-    return run_attempts(resolved, work_directory, lock, progress, stop, events);
-  } catch (const Cancelled& e) {
-    std::string what = e.what();
-    what.erase(what.find_last_not_of('.') + 1);
-    throw Cancelled(what + "; run the same command again to resume.");
-  }
+  return run_scan_job<RemeshJob, RemeshReport>(resolved, outputs[0], progress, stop, events);
 }
 
 }  // namespace rattan

@@ -28,13 +28,25 @@ struct StageRecord {
   bool resumed = false;
 };
 
-struct RemeshReport {
+/// What is known of any run on one scan.
+struct RunRecord {
   struct {
     std::string path;
     std::string sha256;
     ScanTopology topology;
     RepairCounts repaired;
   } input;
+  std::vector<StageRecord> stages;
+  std::vector<SolveReport> solver;
+  std::vector<std::string> warnings;
+  std::uint64_t work_bytes = 0;  ///< on disk in the work directory, at most
+  std::uint64_t peak_rss_bytes = 0;
+  std::uint64_t memory_budget_bytes = 0;
+  int threads = 0;
+  double seconds = 0.0;
+};
+
+struct RemeshReport : RunRecord {
   RemeshOptions options;
   struct {
     std::string path;
@@ -74,15 +86,13 @@ struct RemeshReport {
     std::string shared_with;
   };
   std::vector<Finished> outputs;
-  std::vector<StageRecord> stages;
-  std::vector<SolveReport> solver;
-  std::vector<std::string> warnings;
-  std::uint64_t work_bytes = 0;  ///< on disk in the work directory, at most
-  std::uint64_t peak_rss_bytes = 0;
-  std::uint64_t memory_budget_bytes = 0;
-  int threads = 0;
-  double seconds = 0.0;
 };
+
+/// What begins the report of any run: rattan, input; and what ends it: stages, solver and the rest.
+nlohmann::ordered_json run_head(const RunRecord& record);
+void add_run(nlohmann::ordered_json& report, const RunRecord& record);
+/// Throws ResourceError when the file cannot be written.
+void write_json_report(const nlohmann::ordered_json& report, const std::string& path);
 
 nlohmann::ordered_json to_json(const RemeshReport& report);
 /// Throws ResourceError when the file cannot be written.

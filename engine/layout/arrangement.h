@@ -29,6 +29,9 @@ struct ArrangementOptions {
   const FeatureSet* features = nullptr;
   /// In one tile lines may cross each other so often; more is TooManyCrossings.
   std::uint64_t most_crossings = std::numeric_limits<std::uint64_t>::max();
+  /// Crossings on a scan edge keep so far from its ends and each other, in parts of the edge: where
+  /// they become vertices of triangles.
+  double gap = 0.0;
   /// Ledger for the graphs and what is made of them; may be null.
   MemoryBudget* budget = nullptr;
 };

@@ -61,8 +61,23 @@ struct FamilyCrossings {
   PointKind falls() const { return g1 < g0 ? 2 : 0; }
 };
 
-void place_points(TileArrangement& a, int density, std::uint64_t most_crossings,
-                  std::vector<PointKind>& kinds) {
+/// Points of an edge, from lo to hi, moved apart.
+void keep_apart(std::span<double> t, double gap) {
+  const auto n = static_cast<double>(t.size());
+  gap = std::min(gap, 0.5 / (n + 1.0));
+  double least = gap;
+  for (double& x : t) {
+    x = std::max(x, least);
+    least = x + gap;
+  }
+  double most = 1.0 - gap;
+  for (std::size_t i = t.size(); i-- > 0;) {
+    t[i] = std::min(t[i], most);
+    most = t[i] - gap;
+  }
+}
+
+void place_points(TileArrangement& a, int density, std::uint64_t most_crossings, double gap) {
   const TileCoordinates& c = *a.coordinates;
   const double lines = density / (2.0 * exact::kPi);
   struct Level {
@@ -122,7 +137,15 @@ void place_points(TileArrangement& a, int density, std::uint64_t most_crossings,
       const double at = take_theta ? theta.at(k_theta++) : phi.at(k_phi++);
       const bool first = a.point_t.size() == a.point_begin[i];
       a.point_t.push_back(first ? at : std::max(at, a.point_t.back()));
-      kinds.push_back(take_theta ? theta.falls() : static_cast<PointKind>(1 | phi.falls()));
+      a.point_kind.push_back(take_theta ? theta.falls() : static_cast<PointKind>(1 | phi.falls()));
+    }
+  }
+  if (gap > 0.0) {
+    a.point_begin[c.edges.size()] = static_cast<std::uint32_t>(a.point_t.size());
+    for (std::uint32_t i = 0; i < c.edges.size(); ++i) {
+      keep_apart(
+          std::span(a.point_t).subspan(a.point_begin[i], a.point_begin[i + 1] - a.point_begin[i]),
+          gap);
     }
   }
   a.point_begin[c.edges.size()] = static_cast<std::uint32_t>(a.point_t.size());
@@ -279,13 +302,12 @@ PointKey TileArrangement::key(std::uint32_t point) const {
 TileArrangement arrange_tile(const TileMesh& mesh, const TileCoordinates& coordinates, int density,
                              std::span<const PointKey> cuts,
                              std::span<const std::array<std::uint32_t, 2>> creases,
-                             std::uint64_t most_crossings) {
+                             std::uint64_t most_crossings, double gap) {
   TileArrangement a;
   a.mesh = &mesh;
   a.coordinates = &coordinates;
   place_edges(a);
-  std::vector<PointKind> kinds;
-  place_points(a, density, most_crossings, kinds);
+  place_points(a, density, most_crossings, gap);
   ensure(a.point_t.size() < kVertexTag / 4, "a tile's iso-lines fit its numbers");
   const std::size_t pieces = a.point_t.size() + coordinates.edges.size();
   a.left_cell.assign(pieces, kNone);
@@ -298,7 +320,7 @@ TileArrangement arrange_tile(const TileMesh& mesh, const TileCoordinates& coordi
   const std::uint32_t owned = mesh.counts.owned;
   a.cell_begin.assign(owned + 1, 0);
   a.open.assign(owned, 0);
-  TriangleArranger arranger(a, kinds, most_crossings);
+  TriangleArranger arranger(a, most_crossings);
   for (std::uint32_t t = 0; t < owned; ++t) {
     arranger.arrange(t);
   }

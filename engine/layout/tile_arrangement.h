@@ -31,6 +31,19 @@ inline constexpr std::uint32_t kCrossingTag = 0x80000000U;
 inline constexpr std::uint32_t kVertexTag = 0x40000000U;
 inline constexpr std::uint32_t kTagMask = 0xc0000000U;
 
+/// What a crossing on an edge is, in the gauge of the edge's lower vertex: bit 0 the family (theta
+/// or phi), bit 1 set if the coordinate falls from lo to hi.
+using PointKind = std::uint8_t;
+
+/// The same in a gauge turned by r.
+inline PointKind turn_kind(PointKind kind, std::uint32_t r) {
+  const std::uint32_t family = kind & 1U;
+  // (a, b) -> (b, -a): theta becomes minus phi, phi becomes theta; and so on.
+  const bool flips = r == 2 || (r == 1 && family == 0) || (r == 3 && family == 1);
+  const std::uint32_t turned = (family ^ (r & 1U)) | ((kind & 2U) ^ (flips ? 2U : 0U));
+  return static_cast<PointKind>(turned);
+}
+
 /// A stretch of line, or of a scan edge that belongs to the graph, between two successive points.
 /// Dart 2 s runs from -> to, dart 2 s + 1 back.
 struct Segment {
@@ -44,6 +57,7 @@ struct Segment {
 /// Two lines crossing inside a triangle.
 struct Crossing {
   Vec3d position;
+  Vec2d place;  ///< barycentric, with respect to the triangle's second and third corner
   std::uint32_t triangle = 0;
   std::uint32_t index = 0;               ///< among the triangle's crossings
   std::array<std::uint32_t, 4> darts{};  ///< outgoing, counter-clockwise
@@ -73,6 +87,7 @@ struct TileArrangement {
   std::vector<EdgePlace> place;            ///< one an edge
   std::vector<std::uint32_t> point_begin;  ///< edges + 1; edge e's points, from lo to hi
   std::vector<double> point_t;             ///< in [0, 1] from lo to hi, ascending on an edge
+  std::vector<PointKind> point_kind;
   /// Outgoing darts of an edge point, counter-clockwise: along the edge to hi, into the left
   /// triangle, along the edge to lo, into the right triangle. kNone where there is none.
   std::vector<std::array<std::uint32_t, 4>> point_darts;
@@ -130,10 +145,11 @@ inline constexpr std::uint8_t kFeaturePiece = 2;
 /// `density`: lines a period. `cuts`: pieces of scan edges, sorted, that belong to the graph;
 /// `creases`: scan edges as pairs of local vertices that do so wholly. The result refers to the
 /// first two arguments. Deterministic. Throws TooManyCrossings if lines cross each other, or an
-/// edge, more often than `most_crossings`.
+/// edge, more often than `most_crossings`. Points on an edge keep `gap` (or as much as there is
+/// room for) from its ends and each other, in parts of the edge.
 TileArrangement arrange_tile(const TileMesh& mesh, const TileCoordinates& coordinates, int density,
                              std::span<const PointKey> cuts,
                              std::span<const std::array<std::uint32_t, 2>> creases,
-                             std::uint64_t most_crossings);
+                             std::uint64_t most_crossings, double gap = 0.0);
 
 }  // namespace rattan::layout

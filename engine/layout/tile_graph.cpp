@@ -31,6 +31,12 @@ class Tracer {
     trace_arcs();
     list_border();
     list_fans();
+    out_.graph.own_points = static_cast<std::uint32_t>(a_.crossings.size());
+    for (std::uint32_t e = 0; e < a_.place.size(); ++e) {
+      if (a_.place[e] == EdgePlace::kInside || a_.place[e] == EdgePlace::kBoundary) {
+        out_.graph.own_points += a_.points_on(e);
+      }
+    }
     for (std::uint32_t i = 0; i < out_.graph.arcs.size(); ++i) {
       const GraphArc& arc = out_.graph.arcs[i];
       const double long_from = arc.right == kNone || arc.feature ? kLongBoundary : kLongInside;
@@ -278,32 +284,6 @@ class Tracer {
   std::vector<std::uint32_t> corners_;    // ascending
 };
 
-/// Dart after `dart` on its arc; kNone if it ends at a node.
-std::uint32_t next_dart(const TileArrangement& a, const TracedTile& traced, std::uint32_t dart) {
-  const std::uint32_t p = a.end(dart);
-  const std::uint32_t back = dart ^ 1U;
-  if ((p & kCrossingTag) != 0) {
-    return kNone;
-  }
-  if ((p & kVertexTag) != 0) {
-    const std::uint32_t g = p & ~kTagMask;
-    if (traced.vertex_node[g] != kNone) {
-      return kNone;
-    }
-    const VertexDart* d = a.vertex_darts.data() + traced.vertex_begin[g];
-    return d[0].dart == back ? d[1].dart : d[0].dart;
-  }
-  if (traced.point_node[p] != kNone) {
-    return kNone;
-  }
-  for (const std::uint32_t d : a.point_darts[p]) {
-    if (d != kNone && d != back) {
-      return d;
-    }
-  }
-  throw InternalError("a line passes through a point that is no node");
-}
-
 void Tracer::trace(std::uint32_t first) {
   GraphArc arc;
   const auto id = static_cast<std::uint32_t>(out_.graph.arcs.size());
@@ -458,6 +438,31 @@ void Tracer::list_fans() {
 }
 
 }  // namespace
+
+std::uint32_t next_dart(const TileArrangement& a, const TracedTile& traced, std::uint32_t dart) {
+  const std::uint32_t p = a.end(dart);
+  const std::uint32_t back = dart ^ 1U;
+  if ((p & kCrossingTag) != 0) {
+    return kNone;
+  }
+  if ((p & kVertexTag) != 0) {
+    const std::uint32_t g = p & ~kTagMask;
+    if (traced.vertex_node[g] != kNone) {
+      return kNone;
+    }
+    const VertexDart* d = a.vertex_darts.data() + traced.vertex_begin[g];
+    return d[0].dart == back ? d[1].dart : d[0].dart;
+  }
+  if (traced.point_node[p] != kNone) {
+    return kNone;
+  }
+  for (const std::uint32_t d : a.point_darts[p]) {
+    if (d != kNone && d != back) {
+      return d;
+    }
+  }
+  throw InternalError("a line passes through a point that is no node");
+}
 
 std::int64_t fixed_length(const Vec3d& a, const Vec3d& b, double scale) {
   const Vec3d d = b - a;

@@ -108,6 +108,8 @@ struct TileGraph {
   std::vector<BorderVertex> border_vertices;
   std::vector<FanEntry> fans;
   std::vector<ArcLine> lines;  ///< ascending by arc
+  /// Crossings, and points of edges that no other tile sees.
+  std::uint32_t own_points = 0;
 
   std::size_t face_count() const { return euler.size(); }
   /// Of the large arrays.
@@ -143,6 +145,23 @@ std::int64_t fixed_length(const Vec3d& a, const Vec3d& b, double scale);
 /// `cuts`: those given to arrange_tile.
 TracedTile trace_tile(const TileArrangement& a, std::span<const PointKey> cuts,
                       const TraceOptions& options);
+
+/// Dart after `dart` on its arc; kNone if it ends at a node.
+std::uint32_t next_dart(const TileArrangement& a, const TracedTile& traced, std::uint32_t dart);
+
+/// f(dart) for the darts of an arc, from its first node on.
+template <class F>
+void for_each_dart_of_arc(const TileArrangement& a, const TracedTile& traced, std::uint32_t arc,
+                          const F& f) {
+  const std::uint32_t first = traced.arc_start[arc];
+  for (std::uint32_t d = first; d != kNone;) {
+    f(d);
+    d = next_dart(a, traced, d);
+    if (d == first) {
+      return;
+    }
+  }
+}
 
 /// All points along an arc, ends included; a closed one repeats its first point.
 std::vector<ArcPoint> arc_polyline(const TileArrangement& a, const TracedTile& traced,

@@ -15,26 +15,12 @@
 
 namespace rattan::layout {
 
-/// What a crossing on an edge is, in the gauge of the edge's lower vertex: bit 0 the family (theta
-/// or phi), bit 1 set if the coordinate falls from lo to hi.
-using PointKind = std::uint8_t;
-
-/// The same in a gauge turned by r.
-inline PointKind turn_kind(PointKind kind, std::uint32_t r) {
-  const std::uint32_t family = kind & 1U;
-  // (a, b) -> (b, -a): theta becomes minus phi, phi becomes theta; and so on.
-  const bool flips = r == 2 || (r == 1 && family == 0) || (r == 3 && family == 1);
-  const std::uint32_t turned = (family ^ (r & 1U)) | ((kind & 2U) ^ (flips ? 2U : 0U));
-  return static_cast<PointKind>(turned);
-}
-
 /// Arranges one triangle after the other; keeps its scratch arrays. Needs place, point_*, and room
 /// in left_cell, right_cell, cell_begin and open; triangles come in ascending order.
 class TriangleArranger {
  public:
-  TriangleArranger(TileArrangement& a, const std::vector<PointKind>& kinds,
-                   std::uint64_t most_crossings)
-      : a_(a), kinds_(kinds), most_crossings_(most_crossings) {}
+  TriangleArranger(TileArrangement& a, std::uint64_t most_crossings)
+      : a_(a), kinds_(a.point_kind), most_crossings_(most_crossings) {}
 
   void arrange(std::uint32_t triangle) {
     const TileCoordinates& c = *a_.coordinates;
@@ -347,7 +333,8 @@ class TriangleArranger {
     Crossing crossing;
     crossing.triangle = triangle_;
     crossing.index = id;
-    crossing.position = intersect(x.a, x.b, q, partner_[q]);
+    crossing.place = intersect(x.a, x.b, q, partner_[q]);
+    crossing.position = position_at(crossing.place);
     a_.crossings.push_back(crossing);
     return id;
   }
@@ -536,7 +523,7 @@ class TriangleArranger {
   }
 
   /// In barycentric coordinates, so that triangles without area do no harm.
-  Vec3d intersect(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) const {
+  Vec2d intersect(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) const {
     const Vec2d from = place(a);
     const Vec2d along = place(b) - from;
     const Vec2d other = place(c);
@@ -545,7 +532,10 @@ class TriangleArranger {
     const Vec2d gap = other - from;
     double s = (gap.x() * across.y() - gap.y() * across.x()) / det;
     s = s >= 0.0 ? std::min(s, 1.0) : (s < 0.0 ? 0.0 : 0.5);  // NaN: the lines coincide
-    const Vec2d w = from + s * along;
+    return from + s * along;
+  }
+
+  Vec3d position_at(const Vec2d& w) const {
     const LocalTriangle& t = a_.mesh->triangles[triangle_];
     const Vec3d p = a_.vertex_position(t[0]);
     return p + w.x() * (a_.vertex_position(t[1]) - p) + w.y() * (a_.vertex_position(t[2]) - p);

@@ -3,6 +3,7 @@
 find_dependency(TBB)
 find_dependency(embree 3)
 find_dependency(draco)
+find_dependency(JPEG)
 find_dependency(OpenMesh)
 find_dependency(PNG)
 find_dependency(ZLIB)

@@ -17,7 +17,7 @@ namespace rattan {
 
 /// What the parser fills. Starts from `options`: what isn't given stays as it is there.
 struct RemeshArguments {
-  RemeshArguments() : RemeshArguments(RemeshOptions{}) {}
+  RemeshArguments() = default;
   explicit RemeshArguments(const RemeshOptions& base);
 
   RemeshOptions options;
@@ -25,7 +25,7 @@ struct RemeshArguments {
   std::string edge_length;
   std::string ratio;
   double smoothing = 0.0;  ///< 0: not given
-  std::string crease;
+  std::string crease = "35";
 
   /// `options` with the rest put in. Throws UsageError for sizes that are none.
   RemeshOptions resolve() const;

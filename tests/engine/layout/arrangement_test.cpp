@@ -26,30 +26,8 @@ using testing::IndexedMesh;
 
 constexpr std::uint32_t kOneTile = 1000000000;
 
-std::vector<IndexedMesh> all_meshes() {
-  using namespace testing;
-  std::vector<IndexedMesh> list;
-  list.push_back(grid(12, 9));
-  list.push_back(without(grid(14, 11), [](std::uint32_t t) {
-    const std::uint32_t x = t / 2 % 14;
-    const std::uint32_t y = t / 2 / 14;
-    return (x == 3 && y == 3) || (x > 6 && x < 10 && y > 4 && y < 8);
-  }));
-  list.push_back(torus(24, 12));
-  list.push_back(sphere(3, 4.0));
-  list.push_back(without(torus(20, 9), [](std::uint32_t t) { return t % 61 == 3; }));
-  list.push_back(plate({"#####", "#.#.#", "#####", "#.###", "#####"}));
-  list.push_back(tetrahedron());
-  list.push_back(pillow());
-  list.push_back({"triangle", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}});
-  list.push_back(join({sphere(2), tetrahedron(), torus(9, 5), grid(4, 3), pillow(), sphere(0)}));
-  list.push_back(shuffled(plate({"####", "#..#", "####"}), 5));
-  list.push_back(shuffled(list[1], 7));
-  return list;
-}
-
 TEST(Arrangement, KeepsTopologyForRandomFields) {
-  for (const IndexedMesh& m : all_meshes()) {
+  for (const IndexedMesh& m : testing::all_meshes()) {
     for (const double omega : {0.7, 2.0, 6.0, 40.0}) {
       for (std::uint64_t seed = 0; seed < 4; ++seed) {
         SCOPED_TRACE(m.name + ", omega " + std::to_string(omega) + ", seed " +
@@ -67,7 +45,7 @@ TEST(Arrangement, KeepsTopologyForRandomFields) {
 }
 
 TEST(Arrangement, DoesNotDependOnTilesOrThreads) {
-  for (const IndexedMesh& m : all_meshes()) {
+  for (const IndexedMesh& m : testing::all_meshes()) {
     for (const double omega : {2.0, 8.0, 1000.0}) {
       SCOPED_TRACE(m.name + ", omega " + std::to_string(omega));
       const Fields f = testing::random_fields(m, 11);
@@ -95,7 +73,7 @@ TEST(Arrangement, KeepsTopologyForFieldsWithNoise) {
   // Long lines with a few singularities: large faces, rings, dropped circles, cuts across tiles.
   std::uint64_t cut = 0;
   std::uint64_t circles = 0;
-  for (const IndexedMesh& m : all_meshes()) {
+  for (const IndexedMesh& m : testing::all_meshes()) {
     for (std::uint64_t seed = 0; seed < 6; ++seed) {
       SCOPED_TRACE(m.name + ", seed " + std::to_string(seed));
       testing::Random random(seed);

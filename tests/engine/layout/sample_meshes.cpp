@@ -336,9 +336,30 @@ Fields linear_fields(const IndexedMesh& m, const Vec3d& direction, double omega)
   return f;
 }
 
-Extracted extract(const IndexedMesh& m, const Fields& fields, double omega, int density,
-                  std::uint32_t tile_size, int threads, std::uint64_t most_crossings) {
-  MemoryStore store;
+std::vector<IndexedMesh> all_meshes() {
+  std::vector<IndexedMesh> list;
+  list.push_back(grid(12, 9));
+  list.push_back(without(grid(14, 11), [](std::uint32_t t) {
+    const std::uint32_t x = t / 2 % 14;
+    const std::uint32_t y = t / 2 / 14;
+    return (x == 3 && y == 3) || (x > 6 && x < 10 && y > 4 && y < 8);
+  }));
+  list.push_back(torus(24, 12));
+  list.push_back(sphere(3, 4.0));
+  list.push_back(without(torus(20, 9), [](std::uint32_t t) { return t % 61 == 3; }));
+  list.push_back(plate({"#####", "#.#.#", "#####", "#.###", "#####"}));
+  list.push_back(tetrahedron());
+  list.push_back(pillow());
+  list.push_back({"triangle", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}});
+  list.push_back(join({sphere(2), tetrahedron(), torus(9, 5), grid(4, 3), pillow(), sphere(0)}));
+  list.push_back(join({torus(9, 5), sphere(2), grid(4, 3), tetrahedron(), sphere(0)}));
+  list.push_back(shuffled(plate({"####", "#..#", "####"}), 5));
+  list.push_back(shuffled(list[1], 7));
+  return list;
+}
+
+ScanMesh store_fields(Store& store, const IndexedMesh& m, const Fields& fields,
+                      std::uint32_t tile_size) {
   const ScanMesh mesh = tile_indexed_mesh(store, m.positions, m.triangles, tile_size);
   HaloBoard<VertexFrame> frames(mesh.layout.border_count);
   HaloBoard<PairValue> phases(mesh.layout.border_count);
@@ -354,6 +375,13 @@ Extracted extract(const IndexedMesh& m, const Fields& fields, double omega, int 
   }
   write(store, fields::kFrame, kBoardTile, frames);
   write(store, fields::kPhase, kBoardTile, phases);
+  return mesh;
+}
+
+Extracted extract(const IndexedMesh& m, const Fields& fields, double omega, int density,
+                  std::uint32_t tile_size, int threads, std::uint64_t most_crossings) {
+  MemoryStore store;
+  const ScanMesh mesh = store_fields(store, m, fields, tile_size);
   TaskGraph graph({.threads = threads});
   Extracted out;
   ArrangementOptions options;

@@ -43,6 +43,9 @@ IndexedMesh shuffled(const IndexedMesh& m, std::uint64_t seed);
 /// OBJ or OFF, triangles only; empty if it cannot be read or is not manifold.
 IndexedMesh read_sample(const std::string& path);
 
+/// One of each kind: holes, handles, several components, odd small ones.
+std::vector<IndexedMesh> all_meshes();
+
 /// A reproducible uniform number in [0, 1).
 class Random {
  public:
@@ -62,6 +65,10 @@ struct Fields {
 Fields random_fields(const IndexedMesh& m, std::uint64_t seed);
 /// Tangents nearest to `direction`; phases 2 pi / omega times the coordinates along it and across.
 Fields linear_fields(const IndexedMesh& m, const Vec3d& direction, double omega);
+
+/// The mesh in tiles, with the fields where extraction looks for them.
+ScanMesh store_fields(Store& store, const IndexedMesh& m, const Fields& fields,
+                      std::uint32_t tile_size);
 
 struct Extracted {
   CellComplex cells;
