@@ -72,6 +72,8 @@ struct ParamOptions {
                      .unit_norm = true};
   /// The paper's locked CG and penalised Newton instead of nested iteration.
   bool reference = false;
+  /// Leave fields::kPhaseNorms, for people to look at; nothing else changes.
+  bool keep_norms = false;
 };
 
 /// What the stages pass on in memory; the rest is in the store.
@@ -96,6 +98,12 @@ void smooth_field(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskG
 
 /// Scales of kFrame; nothing happens at power 0. Adds its report to `field`.
 void correct_curl(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskGraph& tasks);
+
+/// Curvature, 1/length, below which the scan counts as flat.
+double flat_curvature(const ScanMesh& mesh);
+
+/// What features an interrupted or finished run found; empty if it hadn't come so far.
+FeatureSet saved_features(Store& store);
 
 /// Solves for fields::kPhase. May be called again for another omega: nothing before is redone.
 SolveReport parameterize(Store& store, const ScanMesh& mesh, const SurfaceField& field,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "engine/param/parameterize.h"
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 
@@ -8,6 +9,7 @@
 
 #include "engine/field/field_index.h"
 #include "engine/param/periodic_energy.h"
+#include "engine/param/solution_record.h"
 #include "tests/engine/mesh/test_surfaces.h"
 
 namespace rattan {
@@ -257,6 +259,51 @@ TEST(Parameterize, AnotherPeriodNeedsNoNewField) {
   parameterize(scan.store, scan.mesh, field, options, scan.tasks);
   EXPECT_TRUE(first == bytes_of(scan.all(fields::kPhase)));
   EXPECT_TRUE(frames == bytes_of(scan.all(fields::kFrame)));
+}
+
+TEST(Parameterize, LeavesRecordsAndOnRequestNorms) {
+  const Surface s = testing::jittered(testing::torus(80, 40, 2.0, 0.7), 0.01);
+  TiledScan scan(s, 300);
+  FieldOptions options;
+  options.quad_side = 0.25;
+  const SurfaceField field = compute_field(scan.store, scan.mesh, options, scan.tasks);
+  const auto of_field = find_record<FieldRecord>(scan.store, fields::kFieldRecord);
+  ASSERT_TRUE(of_field);
+  EXPECT_EQ(of_field->quad_side, 0.25);
+  EXPECT_EQ(of_field->curl_power, options.curl_power);
+  ASSERT_EQ(of_field->reports.size(), 2U);
+  EXPECT_EQ(of_field->reports[1].energy, field.reports[1].energy);
+  EXPECT_FALSE(find_record<PhaseRecord>(scan.store, fields::kPhaseRecord));
+
+  ParamOptions param{.omega = 0.5};
+  param.density = 1;
+  param.keep_norms = true;
+  const SolveReport report = parameterize(scan.store, scan.mesh, field, param, scan.tasks);
+  const std::string phases = bytes_of(scan.all(fields::kPhase));
+  const auto of_phase = find_record<PhaseRecord>(scan.store, fields::kPhaseRecord);
+  ASSERT_TRUE(of_phase);
+  EXPECT_EQ(of_phase->omega, 0.5);
+  EXPECT_EQ(of_phase->density, 1);
+  EXPECT_EQ(of_phase->report.energy, report.energy);
+  const auto norms = scan.all(fields::kPhaseNorms);
+  ASSERT_EQ(norms.size(), s.positions.size());
+  float least = 1.0F;
+  double sum = 0.0;
+  for (const PartNorms& n : norms) {
+    least = std::min({least, n[0], n[1]});
+    ASSERT_LT(std::max(n[0], n[1]), 1.3F);
+    sum += static_cast<double>(n[0]) + static_cast<double>(n[1]);
+  }
+  EXPECT_GT(least, 0.0F);
+  EXPECT_LT(least, 0.95F);
+  EXPECT_NEAR(sum / (2.0 * static_cast<double>(norms.size())), 1.0, 0.1);
+
+  param.keep_norms = false;
+  parameterize(scan.store, scan.mesh, field, param, scan.tasks);
+  EXPECT_TRUE(phases == bytes_of(scan.all(fields::kPhase)));
+  EXPECT_FALSE(scan.store.has_chunk(fields::kPhaseNorms.name, TileId(0)));
+  compute_field(scan.store, scan.mesh, options, scan.tasks, &field);
+  EXPECT_FALSE(find_record<PhaseRecord>(scan.store, fields::kPhaseRecord));
 }
 
 TEST(Parameterize, OneThreadAndTwoGiveTheSameBytes) {
