@@ -207,8 +207,7 @@ class LayoutJob : public ScanJob {
       steps_.before_long_step();
       tried_ = steps_.run("charts", [&] {
         const PromptReturn prompt(budget_.tight());
-        ArrangementOptions options{
-            .omega = omega_, .density = 1, .features = field_.features.get(), .budget = &budget_};
+        const ArrangementOptions options{.omega = omega_, .density = 1, .budget = &budget_};
         ChartExtraction found;
         const std::optional<ChartLayout> layout =
             extract_charts(store_, mesh_, options, cut, tasks_, found);

@@ -11,7 +11,7 @@
 namespace rattan {
 
 struct LayoutOptions : ScanOptions {
-  LayoutOptions() { newton_steps = 5; }
+  LayoutOptions() { newton_steps = 2; }
 
   /// Side of a chart, in file units; 0: ten times the mean edge of the repaired scan.
   double chart_size = 0.0;
