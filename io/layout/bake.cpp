@@ -245,8 +245,9 @@ class Baker {
       fill_gaps(width, covered.triangle);
       for (std::size_t i = 0; i < count; ++i) {
         if (covered.depth[i] == kOutside && covered.triangle[i] != kNothing) {
+          const std::size_t row = i / width;
           const Vec2d at(place.x + static_cast<double>(i % width),
-                         band.y_begin + static_cast<double>(i / width));
+                         band.y_begin + static_cast<double>(row));
           texel(at) = paint(brush_of(part, covered.triangle[i], lookup), at, lookup);
         }
       }
@@ -349,7 +350,7 @@ class Baker {
     }
     Rgb rounded;
     for (std::size_t k = 0; k < 3; ++k) {
-      rounded[k] = static_cast<std::uint8_t>(std::clamp(colour[k], 0.0, 255.0) + 0.5);
+      rounded[k] = static_cast<std::uint8_t>(std::lround(std::clamp(colour[k], 0.0, 255.0)));
     }
     return rounded;
   }
