@@ -81,6 +81,7 @@ bool QuadMaker::make_at(double side, double most) {
     options.density = density_;
     options.solve.newton_steps = job_.options.newton_steps;
     options.reference = job_.options.solver == SolverKind::kReference;
+    options.keep_norms = job_.options.keep_work;
     job_.steps.depend_on(fmt::format("omega={:a} density={} newton-steps={} reference={}", omega_,
                                      density_, options.solve.newton_steps, options.reference));
     phase_report_ = parameterize(job_.store, job_.mesh, job_.field, options, job_.tasks);

@@ -24,6 +24,7 @@
 #include "jobs/size_plan.h"
 #include "jobs/target_size.h"
 #include "jobs/version.h"
+#include "jobs/work_record.h"
 
 namespace rattan {
 
@@ -88,6 +89,7 @@ class RemeshJob : public ScanJob {
     current_ = planned.size;
     report_.output = {};
     job_.target = target_size(options_.size_kind, options_.sizes[current_], job_.mesh);
+    store_.set_note(kOptionsNote, options_.canonical(options_.sizes[current_]));
     const bool shared = planned.owner && planned.owner == owner_ &&
                         maker_.make_from_last(planned.multiple * options_.density);
     if (!shared) {

@@ -76,7 +76,7 @@ Json output_json(const Output& o, const Singularities& s, const Distance& d) {
 
 }  // namespace
 
-nlohmann::ordered_json to_json(const RemeshReport& r) {
+nlohmann::ordered_json run_head(const RunRecord& r) {
   Json j;
   j["rattan"] = {{"version", version()}, {"commit", commit()}};
   j["input"] = {{"path", r.input.path},
@@ -87,22 +87,10 @@ nlohmann::ordered_json to_json(const RemeshReport& r) {
                 {"boundary_loops", r.input.topology.boundary_loops},
                 {"euler", r.input.topology.euler()},
                 {"repaired", repaired_json(r.input.repaired)}};
-  j["options"] = options_json(r.options);
-  const Json first = output_json(r.output, r.singularities, r.distance);
-  j["output"] = first["output"];
-  j["singularities"] = first["singularities"];
-  j["distortion"] = first["distortion"];
-  j["distance"] = first["distance"];
-  j["outputs"] = Json::array();
-  for (const RemeshReport::Finished& f : r.outputs) {
-    const Json figures = output_json(f.output, f.singularities, f.distance);
-    Json entry = figures["output"];
-    entry["singularities"] = figures["singularities"];
-    entry["distortion"] = figures["distortion"];
-    entry["distance"] = figures["distance"];
-    entry["shared_with"] = f.shared_with.empty() ? Json() : Json(f.shared_with);
-    j["outputs"].push_back(std::move(entry));
-  }
+  return j;
+}
+
+void add_run(nlohmann::ordered_json& j, const RunRecord& r) {
   j["stages"] = Json::array();
   for (const StageRecord& s : r.stages) {
     j["stages"].push_back({{"name", s.name},
@@ -133,14 +121,39 @@ nlohmann::ordered_json to_json(const RemeshReport& r) {
   j["memory_budget_bytes"] = r.memory_budget_bytes;
   j["threads"] = r.threads;
   j["seconds"] = r.seconds;
+}
+
+void write_json_report(const nlohmann::ordered_json& report, const std::string& path) {
+  AtomicFile file(path);
+  // A file name may be any bytes; JSON is UTF-8.
+  file.write(report.dump(2, ' ', false, Json::error_handler_t::replace) + '\n');
+  file.commit();
+}
+
+nlohmann::ordered_json to_json(const RemeshReport& r) {
+  Json j = run_head(r);
+  j["options"] = options_json(r.options);
+  const Json first = output_json(r.output, r.singularities, r.distance);
+  j["output"] = first["output"];
+  j["singularities"] = first["singularities"];
+  j["distortion"] = first["distortion"];
+  j["distance"] = first["distance"];
+  j["outputs"] = Json::array();
+  for (const RemeshReport::Finished& f : r.outputs) {
+    const Json figures = output_json(f.output, f.singularities, f.distance);
+    Json entry = figures["output"];
+    entry["singularities"] = figures["singularities"];
+    entry["distortion"] = figures["distortion"];
+    entry["distance"] = figures["distance"];
+    entry["shared_with"] = f.shared_with.empty() ? Json() : Json(f.shared_with);
+    j["outputs"].push_back(std::move(entry));
+  }
+  add_run(j, r);
   return j;
 }
 
 void write_report(const RemeshReport& report, const std::string& path) {
-  AtomicFile file(path);
-  // A file name may be any bytes; JSON is UTF-8.
-  file.write(to_json(report).dump(2, ' ', false, Json::error_handler_t::replace) + '\n');
-  file.commit();
+  write_json_report(to_json(report), path);
 }
 
 }  // namespace rattan

@@ -88,6 +88,12 @@ struct RemeshReport : RunRecord {
   std::vector<Finished> outputs;
 };
 
+/// What begins the report of any run: rattan, input; and what ends it: stages, solver and the rest.
+nlohmann::ordered_json run_head(const RunRecord& record);
+void add_run(nlohmann::ordered_json& report, const RunRecord& record);
+/// Throws ResourceError when the file cannot be written.
+void write_json_report(const nlohmann::ordered_json& report, const std::string& path);
+
 nlohmann::ordered_json to_json(const RemeshReport& report);
 /// Throws ResourceError when the file cannot be written.
 void write_report(const RemeshReport& report, const std::string& path);

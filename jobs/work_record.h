@@ -11,6 +11,9 @@
 
 namespace rattan {
 
+/// The store's note of the options that its fields were made with, as text.
+inline constexpr const char* kOptionsNote = "options";
+
 struct WorkRecord {
   double omega = 0.0;  ///< period of the phases, scan units; 0 before there are phases
   int density = 2;     ///< iso-lines a period

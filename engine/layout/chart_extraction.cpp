@@ -100,27 +100,28 @@ std::optional<ChartLayout> extract_charts(Store& store, const ScanMesh& mesh,
   return out;
 }
 
-std::vector<ChartMesh> load_charts(Store& store, const ScanMesh& mesh, const ChartLayout& layout,
-                                   TileId tile) {
-  struct Chunk {
-    ChunkView<PieceVertex> vertices;
-    ChunkView<PieceTriangle> triangles;
-  };
-  std::vector<Chunk> chunks;
-  chunks.push_back(
+ChartChunks load_pieces(Store& store, const ChartLayout& layout, TileId tile) {
+  ChartChunks out;
+  out.chunks.push_back(
       {read(store, fields::kOwnPieceVertex, tile), read(store, fields::kOwnPiece, tile)});
   for (std::uint32_t i = layout.contributor_begin[tile.value];
        i < layout.contributor_begin[tile.value + 1]; ++i) {
     const TileId other(layout.contributors[i]);
-    chunks.push_back({read(store, fields::kForeignPieceVertex, other),
-                      read(store, fields::kForeignPiece, other)});
+    out.chunks.push_back({read(store, fields::kForeignPieceVertex, other),
+                          read(store, fields::kForeignPiece, other)});
   }
+  return out;
+}
+
+std::vector<ChartMesh> assemble_charts(const ChartChunks& pieces, const ChartLayout& layout,
+                                       TileId tile, bool has_colours) {
   std::vector<PieceView> views;
-  for (const Chunk& c : chunks) {
+  for (const ChartChunks::Chunk& c : pieces.chunks) {
     views.push_back({c.vertices.span(), c.triangles.span()});
   }
-  return assemble_charts(layout.graph, layout.sorted_nodes, layout.chart_begin[tile.value],
-                         layout.chart_begin[tile.value + 1], views, mesh.has_colours);
+  return rattan::layout::assemble_charts(layout.graph, layout.sorted_nodes,
+                                         layout.chart_begin[tile.value],
+                                         layout.chart_begin[tile.value + 1], views, has_colours);
 }
 
 }  // namespace rattan

@@ -81,8 +81,18 @@ std::optional<ChartLayout> extract_charts(Store& store, const ScanMesh& mesh,
                                           const ArrangementOptions& options, bool cut,
                                           TaskGraph& graph, ChartExtraction& report);
 
-/// The charts of one home tile, assembled.
-std::vector<ChartMesh> load_charts(Store& store, const ScanMesh& mesh, const ChartLayout& layout,
-                                   TileId tile);
+/// What the store holds of a home tile's charts, pinned.
+struct ChartChunks {
+  struct Chunk {
+    ChunkView<layout::PieceVertex> vertices;
+    ChunkView<layout::PieceTriangle> triangles;
+  };
+  std::vector<Chunk> chunks;
+};
+ChartChunks load_pieces(Store& store, const ChartLayout& layout, TileId tile);
+
+/// The charts of a home tile, ascending.
+std::vector<ChartMesh> assemble_charts(const ChartChunks& pieces, const ChartLayout& layout,
+                                       TileId tile, bool has_colours);
 
 }  // namespace rattan

@@ -64,6 +64,7 @@ struct FlatChart {
   std::vector<std::uint32_t> part_uv_begin{0};         ///< parts + 1, into uv
   std::uint32_t centre = 0;                            ///< vertex; of split charts only
   std::uint32_t nudged = 0;  ///< texture vertices moved because a triangle was folded or too thin
+  std::uint32_t thin = 0;    ///< triangles that stayed thinner than flat_disk.h's floor
 };
 
 }  // namespace rattan

@@ -7,6 +7,7 @@
 
 #include "engine/core/packed_chunk.h"
 #include "engine/param/periodic_energy.h"
+#include "engine/param/solution_record.h"
 #include "engine/solve/hierarchy.h"
 #include "engine/solve/hierarchy_record.h"
 
@@ -68,6 +69,12 @@ CoarsePart solve_coarse_step(std::string_view name, Store& store, const SystemFi
   });
 }
 
+// Whoever looks at an interrupted run's fields takes them for what the record says.
+void forget_records(Store& store) {
+  store.erase(fields::kFieldRecord);
+  store.erase(fields::kPhaseRecord);
+}
+
 double fitting_length(const ScanMesh& mesh, const FieldOptions& options) {
   const double edge = mesh.mean_edge_length;
   if (options.smoothing) {
@@ -119,7 +126,10 @@ SurfaceField prepare_geometry(Store& store, const ScanMesh& mesh, const FieldOpt
     return field;
   }
   steps.before_long_step();
-  steps.run("low-pass", [&] { low_pass_positions(store, mesh, field.low_pass, tasks); });
+  steps.run("low-pass", [&] {
+    forget_records(store);
+    low_pass_positions(store, mesh, field.low_pass, tasks);
+  });
   steps.before_long_step();
   field.area = steps.run("surface", [&] {
     FirstMatching matching(store, mesh.layout, fields::kMeshHalo);
@@ -141,12 +151,24 @@ SurfaceField prepare_geometry(Store& store, const ScanMesh& mesh, const FieldOpt
   return field;
 }
 
+double flat_curvature(const ScanMesh& mesh) {
+  return 1.0 / std::max(kFlatEdges * mesh.mean_edge_length, 1e-30);
+}
+
+FeatureSet saved_features(Store& store) {
+  FeatureSet features;
+  if (store.has_chunk(kFeatures, TileId(0))) {
+    read_packed(store, kFeatures, features);
+  }
+  return features;
+}
+
 void smooth_field(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskGraph& tasks) {
   const FieldOptions& options = field.options;
   SmoothingOptions smoothing;
   smoothing.symmetry = options.symmetry;
   smoothing.fitting_length = std::max(fitting_length(mesh, options), 1e-30);
-  smoothing.floor_curvature = 1.0 / std::max(kFlatEdges * mesh.mean_edge_length, 1e-30);
+  smoothing.floor_curvature = flat_curvature(mesh);
   smoothing.align_boundary = options.align_boundary;
   smoothing.features = field.features.get();
   smoothing.pin = options.pin_features;
@@ -161,6 +183,7 @@ void smooth_field(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskG
                         options.smoothing_solve, options.reference, kSmoothingGauges, tasks);
   steps.before_long_step();
   field.reports.push_back(steps.run("smoothing", [&] {
+    forget_records(store);
     FrameWriter frames(store, mesh, smoothing);
     SolveHooks<ComplexBlock> hooks;
     hooks.coarse = coarse;
@@ -177,6 +200,13 @@ void smooth_field(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskG
       store.erase(fields::kSmoothingSystem.solution.name);
     }
     frames.finish();
+    write_packed(store, fields::kFieldRecord,
+                 FieldRecord{.quad_side = options.quad_side,
+                             .fitting_length = smoothing.fitting_length,
+                             .floor_curvature = smoothing.floor_curvature,
+                             .curl_power = 0.0,
+                             .symmetry = static_cast<int>(options.symmetry),
+                             .reports = {report}});
     return report;
   }));
 }
@@ -188,6 +218,7 @@ void correct_curl(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskG
   }
   CurlOptions curl;
   curl.power = options.curl_power;
+  curl.mean = options.curl_mean;
   SolveOptions solve_options = options.curl_solve;
   if (curl.power > kWholeCurl) {
     solve_options.cycles = std::max(solve_options.cycles, 2);
@@ -207,6 +238,11 @@ void correct_curl(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskG
       apply_scale(store, mesh, curl, tasks);
       store.erase(fields::kCurlSystem.solution.name);
     }
+    FieldRecord record =
+        find_record<FieldRecord>(store, fields::kFieldRecord).value_or(FieldRecord{});
+    record.curl_power = curl.power;
+    record.reports.push_back(report);
+    write_packed(store, fields::kFieldRecord, record);
     return report;
   }));
 }
@@ -235,12 +271,18 @@ SolveReport parameterize(Store& store, const ScanMesh& mesh, const SurfaceField&
                                               options.reference, kPhaseGauges, tasks);
   steps.before_long_step();
   return steps.run("phase", [&] {
+    store.erase(fields::kPhaseRecord);
+    store.erase(fields::kPhaseNorms.name);
     SolveHooks<PairBlock> hooks;
     hooks.coarse = coarse;
     if (!coarse.done) {
       hooks.border_gauges = take_board(store, kPhaseGauges);
     }
-    SolveReport report = solve(store, mesh, system, field, options.solve, options.reference,
+    SolveOptions solving = options.solve;
+    if (options.keep_norms) {
+      solving.norms = fields::kPhaseNorms;
+    }
+    SolveReport report = solve(store, mesh, system, field, solving, options.reference,
                                "parameterization", tasks, hooks);
     store.erase(system.coefficient.name);
     if (pinned) {
@@ -250,6 +292,7 @@ SolveReport parameterize(Store& store, const ScanMesh& mesh, const SurfaceField&
       store.erase(system.row_begin.name);
       store.erase(system.neighbor.name);
     }
+    write_packed(store, fields::kPhaseRecord, PhaseRecord{options.omega, options.density, report});
     return report;
   });
 }

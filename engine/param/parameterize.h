@@ -41,6 +41,8 @@ struct FieldOptions {
   bool pin_features = true;
   /// Power of the curl correction: 0 none, 1 full (PGP 4.1).
   double curl_power = 0.2;
+  /// Geometric mean of its scales; without it their mean square is 1 (see CurlOptions).
+  std::optional<double> curl_mean;
   HierarchyOptions hierarchy;
   /// The smoothing system; `reference` selects the paper's own procedure for it.
   /// Curvature leaves it no choice to start from, so one start will do.
@@ -72,6 +74,8 @@ struct ParamOptions {
                      .unit_norm = true};
   /// The paper's locked CG and penalised Newton instead of nested iteration.
   bool reference = false;
+  /// Leave fields::kPhaseNorms, for people to look at; nothing else changes.
+  bool keep_norms = false;
 };
 
 /// What the stages pass on in memory; the rest is in the store.
@@ -96,6 +100,12 @@ void smooth_field(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskG
 
 /// Scales of kFrame; nothing happens at power 0. Adds its report to `field`.
 void correct_curl(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskGraph& tasks);
+
+/// Curvature, 1/length, below which the scan counts as flat.
+double flat_curvature(const ScanMesh& mesh);
+
+/// What features an interrupted or finished run found; empty if it hadn't come so far.
+FeatureSet saved_features(Store& store);
 
 /// Solves for fields::kPhase. May be called again for another omega: nothing before is redone.
 SolveReport parameterize(Store& store, const ScanMesh& mesh, const SurfaceField& field,

@@ -118,6 +118,16 @@ PairBlock::Coefficient pair_coefficient(const EdgeGauge& gauge, float weight) {
           Complex(static_cast<float>(w * b.cos), static_cast<float>(-w * b.sin)), gauge.r};
 }
 
+double pin_energy(std::uint32_t pins, int density, float diagonal, const PairValue& x) {
+  const double p = static_cast<double>(kPin * diagonal);
+  const auto of = [&](const Complex& z) {
+    const double im = z.imag();
+    const double off = density % 2 == 1 ? z.real() - 1.0 : 0.0;
+    return p * (off * off + im * im);
+  };
+  return ((pins & kPinTheta) != 0 ? of(x.u) : 0.0) + ((pins & kPinPhi) != 0 ? of(x.v) : 0.0);
+}
+
 void assemble_pulled_phase(Store& store, const ScanMesh& mesh, double omega, TaskGraph& tasks,
                            BorderGauges<PairBlock>* gauges) {
   struct PulledState {

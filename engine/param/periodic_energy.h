@@ -63,4 +63,8 @@ void assemble_pulled_phase(Store& store, const ScanMesh& mesh, double omega, Tas
 void assemble_pinned_phase(Store& store, const ScanMesh& mesh, double omega, TaskGraph& tasks,
                            BorderGauges<PairBlock>* gauges = nullptr);
 
+/// The energy that pins hold at a vertex of such weights: p |U - 1|^2 or p Im(U)^2 for every U
+/// pinned, likewise for V. `density`: lines a period. 0 where nothing is pinned.
+double pin_energy(std::uint32_t pins, int density, float diagonal, const PairValue& x);
+
 }  // namespace rattan

@@ -184,9 +184,12 @@ SingularityCounts& SingularityCounts::operator+=(const SingularityCounts& o) {
 
 namespace {
 
-/// The one-rings of the given vertices (marked in `wanted`): product of the transports around each.
+/// The one-rings of vertices with several open triangles: product of the transports around each.
+/// `found`: told each that is open.
+template <class Found>
 std::uint64_t count_open_rings(const TileMesh& mesh, const TileCoordinates& c,
-                               const std::vector<std::uint8_t>& open_triangles) {
+                               const std::vector<std::uint8_t>& open_triangles,
+                               const Found& found) {
   struct RingSide {
     std::uint32_t vertex;
     std::uint32_t from;
@@ -224,7 +227,10 @@ std::uint64_t count_open_rings(const TileMesh& mesh, const TileCoordinates& c,
           sides.begin());
       ensure(at < last, "the one-ring of an interior vertex is a cycle");
     }
-    open += product == EdgeTransport{} ? 0 : 1;
+    if (!(product == EdgeTransport{})) {
+      ++open;
+      found(sides[first].vertex);
+    }
     first = last;
   }
   return open;
@@ -232,10 +238,21 @@ std::uint64_t count_open_rings(const TileMesh& mesh, const TileCoordinates& c,
 
 }  // namespace
 
-SingularityCounts count_singularities(const TileMesh& mesh, const TileCoordinates& c) {
+SingularityCounts count_singularities(const TileMesh& mesh, const TileCoordinates& c,
+                                      TileSingularities* where) {
   const std::span<const LocalTriangle> triangles = mesh.triangles.span();
   const std::uint32_t owned = mesh.extent.owned;
   SingularityCounts counts;
+  if (where != nullptr) {
+    where->triangles.assign(mesh.counts.owned, TriangleKind::kRegular);
+    where->vertices.assign(owned, 0);
+    where->edges_at_vertex.assign(owned, 0);
+  }
+  const auto mark = [&](std::uint32_t triangle, TriangleKind kind) {
+    if (where != nullptr) {
+      where->triangles[triangle] = kind;
+    }
+  };
   // Open triangles around each owned vertex, saturating; boundary vertices have no ring.
   std::vector<std::uint8_t> open_around(owned, 0);
   std::vector<std::uint8_t> on_boundary(owned, 0);
@@ -255,6 +272,7 @@ SingularityCounts count_singularities(const TileMesh& mesh, const TileCoordinate
     }
     if (open[i] != 0) {
       ++(h.r != 0 ? counts.field_triangles : counts.phase_triangles);
+      mark(i, h.r != 0 ? TriangleKind::kField : TriangleKind::kPhase);
       continue;
     }
     const PhaseAngles origin = c.angles[triangles[i][0]];
@@ -265,7 +283,10 @@ SingularityCounts count_singularities(const TileMesh& mesh, const TileCoordinate
     };
     const PhaseAngles p = from_origin(c.side_transport(3 * i), triangles[i][1]);
     const PhaseAngles q = from_origin(inverse(c.side_transport(3 * i + 2)), triangles[i][2]);
-    counts.negative_triangles += p.theta * q.phi - p.phi * q.theta < 0.0 ? 1 : 0;
+    if (p.theta * q.phi - p.phi * q.theta < 0.0) {
+      ++counts.negative_triangles;
+      mark(i, TriangleKind::kNegative);
+    }
   }
 
   // Coordinates spread from a triangle's first corner, so only the edge opposite to it can disagree
@@ -284,11 +305,16 @@ SingularityCounts count_singularities(const TileMesh& mesh, const TileCoordinate
           on_boundary[v] = 1;
         }
       }
-    } else if (e.lo < owned) {
+    } else if (e.lo < owned || (where != nullptr && e.hi < owned)) {
       const std::uint32_t l = e.left;
       const std::uint32_t r = e.right;
       if ((open[l / 3] | open[r / 3]) != 0 && !(derived(l) == inverse(derived(r)))) {
-        ++counts.edges;
+        counts.edges += e.lo < owned ? 1 : 0;
+        for (const std::uint32_t v : {e.lo, e.hi}) {
+          if (where != nullptr && v < owned) {
+            ++where->edges_at_vertex[v];
+          }
+        }
       }
     }
   }
@@ -297,11 +323,20 @@ SingularityCounts count_singularities(const TileMesh& mesh, const TileCoordinate
     if (on_boundary[v] != 0) {
       open_around[v] = 0;
     }
-    counts.vertices += open_around[v] == 1 ? 1 : 0;
+    if (open_around[v] == 1) {
+      ++counts.vertices;
+      if (where != nullptr) {
+        where->vertices[v] = 1;
+      }
+    }
     several = several || open_around[v] >= 2;
   }
   if (several) {
-    counts.vertices += count_open_rings(mesh, c, open_around);
+    counts.vertices += count_open_rings(mesh, c, open_around, [&](std::uint32_t v) {
+      if (where != nullptr) {
+        where->vertices[v] = 1;
+      }
+    });
   }
   return counts;
 }

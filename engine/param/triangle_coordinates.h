@@ -111,6 +111,23 @@ struct SingularityCounts {
   friend bool operator==(const SingularityCounts&, const SingularityCounts&) = default;
 };
 
-SingularityCounts count_singularities(const TileMesh& mesh, const TileCoordinates& coordinates);
+/// In the order of PGP 3.2; a field singularity may be a phase singularity, too, and counts once.
+enum class TriangleKind : std::uint8_t {
+  kRegular = 0,
+  kField = 1,     ///< quarter turns don't close
+  kPhase = 2,     ///< periods don't close
+  kNegative = 3,  ///< folded over in parameter space
+};
+
+/// Where they are.
+struct TileSingularities {
+  std::vector<TriangleKind> triangles;        ///< of the tile's owned triangles
+  std::vector<std::uint8_t> vertices;         ///< of its owned vertices: 1 where singular
+  std::vector<std::uint8_t> edges_at_vertex;  ///< likewise: singular edges that end there
+};
+
+/// `where`: filled in if not null.
+SingularityCounts count_singularities(const TileMesh& mesh, const TileCoordinates& coordinates,
+                                      TileSingularities* where = nullptr);
 
 }  // namespace rattan

@@ -4,11 +4,12 @@
 namespace rattan {
 
 template <class Block>
-void settle_at_unit_norm(SystemLevel<Block>& finest, TaskGraph& tasks) {
+void settle_at_unit_norm(SystemLevel<Block>& finest, TaskGraph& tasks, Field<PartNorms> norms) {
   SmoothPlan<Block> plan;
   plan.sweeps = 0;
   plan.unit_sweeps = kUnitSweeps;
   plan.normalise = true;
+  plan.norms = norms;
   plan.values = finest.solution;
   plan.board = &finest.board;
   smooth<Block>(finest, nullptr, plan, tasks);
@@ -38,7 +39,7 @@ void finish_solve(const SystemLevel<Block>& finest, Store& store, const SolveOpt
                              const std::optional<Evaluation>&, bool, SolveReport&, TaskGraph&);
 RATTAN_FOR_EACH_BLOCK(RATTAN_INSTANTIATE)
 #undef RATTAN_INSTANTIATE
-template void settle_at_unit_norm(SystemLevel<ComplexBlock>&, TaskGraph&);
-template void settle_at_unit_norm(SystemLevel<PairBlock>&, TaskGraph&);
+template void settle_at_unit_norm(SystemLevel<ComplexBlock>&, TaskGraph&, Field<PartNorms>);
+template void settle_at_unit_norm(SystemLevel<PairBlock>&, TaskGraph&, Field<PartNorms>);
 
 }  // namespace rattan

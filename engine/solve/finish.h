@@ -13,9 +13,9 @@ namespace rattan {
 inline constexpr int kUnitSweeps = 3;
 
 /// Brings the complex parts of the finest level's stored solution to unit length and relaxes them
-/// there. One pass over the tiles.
+/// there. One pass over the tiles. `norms`: as in SolveOptions.
 template <class Block>
-void settle_at_unit_norm(SystemLevel<Block>& finest, TaskGraph& tasks);
+void settle_at_unit_norm(SystemLevel<Block>& finest, TaskGraph& tasks, Field<PartNorms> norms = {});
 
 /// Writes the solution's board to the store, if there is to be one, and fills in the report's
 /// energies: if the options ask for them and they aren't known, by a pass.

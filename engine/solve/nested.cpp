@@ -52,7 +52,7 @@ class Periodic {
     if (options_.newton_steps > 0) {
       newton_steps<Block>(system_, options_, report_, tasks_);
       if (options_.unit_norm) {
-        settle_at_unit_norm(system_.levels[0], tasks_);
+        settle_at_unit_norm(system_.levels[0], tasks_, options_.norms);
         ++report_.passes;
       }
     }
@@ -151,6 +151,9 @@ class Periodic {
     plan.sweeps = options_.sweeps;
     plan.unit_sweeps = unit ? kUnitSweeps : 0;
     plan.normalise = unit;
+    if (unit) {
+      plan.norms = options_.norms;
+    }
     return plan;
   }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "engine/solve/passes.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "engine/core/exact_math.h"
@@ -168,6 +169,22 @@ void CoarseWriter<Block>::add(TileId tile, const std::vector<Value<Block>>& piec
 }
 
 template <class Block>
+std::vector<PartNorms> part_norms(std::span<const Value<Block>> x, std::size_t count) {
+  std::vector<PartNorms> norms(count);
+  if constexpr (BlockOps<Block>::kPeriodic) {
+    constexpr std::size_t kLast = BlockOps<Block>::kParts - 1;
+    for (std::size_t i = 0; i < count; ++i) {
+      const float* r = reals<Block>(x[i]);
+      for (std::size_t p = 0; p < 2; ++p) {
+        const float* part = r + 2 * std::min(p, kLast);
+        norms[i][p] = std::sqrt(part[0] * part[0] + part[1] * part[1]);
+      }
+    }
+  }
+  return norms;
+}
+
+template <class Block>
 std::array<double, 2> smooth(SystemLevel<Block>& fine, const SystemLevel<Block>* coarse,
                              const SmoothPlan<Block>& plan, TaskGraph& tasks) {
   struct State {
@@ -175,6 +192,7 @@ std::array<double, 2> smooth(SystemLevel<Block>& fine, const SystemLevel<Block>*
     ChunkView<Value<Block>> stored, base, coarse, rhs, at;
     std::array<ChunkView<Value<Block>>, 2> other;
     std::vector<Value<Block>> x, across, next_base;
+    std::vector<PartNorms> norms;
     std::array<double, 2> dots{};
     Evaluation sum;
     std::unique_ptr<SolutionTask<Block>> consumer;
@@ -257,6 +275,9 @@ std::array<double, 2> smooth(SystemLevel<Block>& fine, const SystemLevel<Block>*
           };
           go(plan.mode, plan.sweeps);
           if constexpr (BlockOps<Block>::kPeriodic) {
+            if (last && !plan.norms.name.empty()) {
+              s.norms = part_norms<Block>(s.x, owned);
+            }
             if (last) {
               go(SweepMode::kUnit, plan.unit_sweeps);
             }
@@ -290,6 +311,9 @@ std::array<double, 2> smooth(SystemLevel<Block>& fine, const SystemLevel<Block>*
           }
           if (start == Start::kCorrect && !plan.final) {
             write(*fine.store, plan.base, t, s.next_base);
+          }
+          if (!s.norms.empty()) {
+            write(*fine.store, plan.norms, t, s.norms);
           }
           total.energy += s.sum.energy;
           total.targets += s.sum.targets;
@@ -458,6 +482,7 @@ Evaluation evaluate(const SystemLevel<Block>& s, float penalty, TaskGraph& tasks
   template std::vector<Value<Block>> restrict_owned(const TileSystem<Block>&, std::uint32_t,       \
                                                     std::uint32_t, std::span<const Value<Block>>); \
   template class CoarseWriter<Block>;                                                              \
+  template std::vector<PartNorms> part_norms<Block>(std::span<const Value<Block>>, std::size_t);   \
   template std::array<double, 2> smooth(SystemLevel<Block>&, const SystemLevel<Block>*,            \
                                         const SmoothPlan<Block>&, TaskGraph&);                     \
   template void restrict_once(SystemHierarchy<Block>&, std::size_t,                                \

@@ -34,6 +34,8 @@ struct SmoothPlan {
   int unit_sweeps = 0;     ///< more of them at unit norm in the last pass
   bool symmetric = false;  ///< forward and backward in turn
   bool normalise = false;  ///< complex parts to unit length at the end
+  /// Where named, the last pass writes the parts' lengths as they are before sweeps at unit norm.
+  Field<PartNorms> norms{};
   float omega = 1.0F;
   SweepMode mode = SweepMode::kPenalty;
   float penalty = 0.0F;                      ///< eps of one vertex of the scan
@@ -56,6 +58,10 @@ struct SmoothPlan {
   /// is that of each tile among its neighbours' values before the pass.
   Evaluation* evaluation = nullptr;
 };
+
+/// Lengths of the complex parts of the first `count` values.
+template <class Block>
+std::vector<PartNorms> part_norms(std::span<const Value<Block>> x, std::size_t count);
 
 /// Visits every tile plan.passes times. Returns the inner products that the plan asks for.
 template <class Block>

@@ -347,7 +347,7 @@ SolveReport solve_reference(Store& store, const TileLayout& layout, const HaloFi
   reference.store_solution(store, layout, halo, system.solution, level.board);
   if constexpr (BlockOps<Block>::kPeriodic) {
     if (options.unit_norm) {
-      settle_at_unit_norm(level, tasks);
+      settle_at_unit_norm(level, tasks, options.norms);
       ++report.passes;
     }
   }

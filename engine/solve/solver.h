@@ -4,6 +4,7 @@
 // The solver's front: a hierarchy built once per scan, and for each system either nested iteration
 // over it (the default, out of core) or the paper's own procedure (the reference).
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -41,6 +42,9 @@ std::shared_ptr<const Hierarchy> build_hierarchy(Store& store, const TileLayout&
                                                  const HierarchyOptions& options, TaskGraph& tasks,
                                                  FirstMatching* matching = nullptr);
 
+/// Lengths of a value's complex parts; of those with one, twice the same.
+using PartNorms = std::array<float, 2>;
+
 struct SolveOptions {
   /// eps_i of the norm penalty per aggregated vertex; 0 for real systems.
   float penalty = 0.2F;
@@ -60,6 +64,9 @@ struct SolveOptions {
   float tolerance = 1e-2F;
   /// Normalise the finest solution's complex parts to unit length at the end.
   bool unit_norm = false;
+  /// With unit_norm: keep the lengths that the parts had before, one pair an owned vertex; no name:
+  /// don't.
+  Field<PartNorms> norms{};
   /// Fill in the report's energies and gradient norm. Where the last pass can't do it on its way,
   /// this is one more.
   bool evaluate = true;

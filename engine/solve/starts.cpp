@@ -30,6 +30,7 @@ void relax_best(SystemLevel<Block>& fine, const std::vector<std::vector<Value<Bl
   struct State {
     TileSystem<Block> tile;
     std::vector<Value<Block>> best;
+    std::vector<PartNorms> norms;
   };
   const Level& level = *fine.level;
   ensure(level.layout.tile_count() == 1, "candidates are compared on one tile");
@@ -42,6 +43,7 @@ void relax_best(SystemLevel<Block>& fine, const std::vector<std::vector<Value<Bl
       [&](TileId, State& s) {
         const std::vector<NodeTerm<Block>> terms = s.tile.terms(plan.penalty);
         std::vector<std::vector<Value<Block>>> x(candidates.size());
+        std::vector<std::vector<PartNorms>> norms(candidates.size());
         std::vector<double> energy(candidates.size());
         parallel_indices(
             candidates.size(),
@@ -51,19 +53,29 @@ void relax_best(SystemLevel<Block>& fine, const std::vector<std::vector<Value<Bl
                 sweep_often<Block>(s.tile, terms, x[c], plan.omega, mode, count);
               };
               go(plan.mode, plan.passes * plan.sweeps);
+              if (!plan.norms.name.empty()) {
+                norms[c] = part_norms<Block>(x[c], x[c].size());
+              }
               go(SweepMode::kUnit, plan.unit_sweeps);
               energy[c] = unit_energy(s.tile, terms, x[c]);
             },
             1);
         const auto least = std::min_element(energy.begin(), energy.end());
         s.best = std::move(x[static_cast<std::size_t>(least - energy.begin())]);
+        s.norms = std::move(norms[static_cast<std::size_t>(least - energy.begin())]);
         if (plan.normalise) {
           for (Value<Block>& v : s.best) {
             normalise<Block>(v);
           }
         }
       },
-      [&](TileId t, State& s) { write(*fine.store, plan.values, t, s.best); }, level.pass_over());
+      [&](TileId t, State& s) {
+        write(*fine.store, plan.values, t, s.best);
+        if (!plan.norms.name.empty()) {
+          write(*fine.store, plan.norms, t, s.norms);
+        }
+      },
+      level.pass_over());
   plan.board->assign(level.layout.border_count, zero_value<Block>());
 }
 

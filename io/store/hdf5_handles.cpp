@@ -50,7 +50,7 @@ int system_error(const std::string& text) {
 
 }  // namespace
 
-void fail(const std::string& path, const std::string& what) {
+void fail(const std::string& path, const std::string& what, const std::string& remedy) {
   std::string text;
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, append_message, &text);
   H5Eclear2(H5E_DEFAULT);
@@ -59,8 +59,7 @@ void fail(const std::string& path, const std::string& what) {
     throw DiskFull(path + ": cannot " + what + ": the disk is full");
   }
   if (error != 0) {
-    throw ResourceError(path + ": cannot " + what + " (" + std::strerror(error) +
-                        "). Check the disk and the directory, or choose another with --work-dir.");
+    throw ResourceError(path + ": cannot " + what + " (" + std::strerror(error) + "). " + remedy);
   }
   std::replace(text.begin(), text.end(), '\n', ' ');
   throw InternalError(path + ": cannot " + what + " (" + text + ")");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Lock, error text and handles of the HDF5 library. Included by sources of the store only.
+// Lock, error text and handles of the HDF5 library. Included by sources of io only.
 
 #include <mutex>
 #include <string>
@@ -24,7 +24,9 @@ class Session {
 
 /// Throws what the last failed call on this thread deserves: DiskFull, another ResourceError if the
 /// file cannot be written, else InternalError. `what` completes "<path>: cannot ...".
-[[noreturn]] void fail(const std::string& path, const std::string& what);
+[[noreturn]] void fail(const std::string& path, const std::string& what,
+                       const std::string& remedy =
+                           "Check the disk and the directory, or choose another with --work-dir.");
 
 /// Closes an id of any kind.
 class Handle {

@@ -36,7 +36,7 @@ set(CPACK_COMPONENT_MAIN_DESCRIPTION "${CPACK_PACKAGE_DESCRIPTION}")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME librattan-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libdraco-dev, libembree-dev, libfmt-dev, libhdf5-dev, \
-libjpeg-dev, libpng-dev, libtbb-dev, libzstd-dev, pkg-config, zlib1g-dev")
+libjpeg-dev, libopenmesh-dev, libpng-dev, libtbb-dev, libzstd-dev, pkg-config, zlib1g-dev")
 set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS "cmake, libjemalloc-dev")
 set(CPACK_COMPONENT_DEV_DESCRIPTION
 "turn triangle scans into quad-dominant meshes (library)

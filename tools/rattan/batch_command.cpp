@@ -255,8 +255,8 @@ int run(Arguments& args, JsonLog* log) {
 
 void add_batch_command(CLI::App& app, Action& action, JsonLog* log) {
   auto args = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand(
-      "batch", "Convert many scans side by side; run again, it does what is missing or changed.");
+  CLI::App* command =
+      app.add_subcommand("batch", "Convert many scans; again, only what is missing or changed.");
   add_selection_options(*command, args->selection);
   add_batch_options(*command, *args);
   add_look_options(*command, *args);

@@ -18,9 +18,11 @@ using Action = std::function<int()>;
 void add_remesh_command(CLI::App& app, Action& action, JsonLog* log);
 void add_batch_command(CLI::App& app, Action& action, JsonLog* log);
 void add_slurm_command(CLI::App& app, Action& action);
+void add_layout_command(CLI::App& app, Action& action);
 void add_synth_command(CLI::App& app, Action& action);
 void add_compare_command(CLI::App& app, Action& action);
 void add_render_command(CLI::App& app, Action& action);
+void add_export_command(CLI::App& app, Action& action);
 void add_info_command(CLI::App& app, Action& action);
 
 }  // namespace rattan

@@ -11,6 +11,7 @@
 #include "engine/core/errors.h"
 #include "jobs/size_list.h"
 #include "tools/manual/option_table.h"
+#include "tools/rattan/scan_arguments.h"
 
 namespace rattan {
 
@@ -35,72 +36,19 @@ void add_size_options(CLI::App& app, RemeshArguments& args) {
       ->group(more("Size"));
 }
 
-void add_input_options(CLI::App& app, RemeshArguments& args) {
-  RemeshOptions& o = args.options;
-  app.add_flag("--merge-vertices", o.merge_vertices,
-               "make vertices at exactly equal positions one; done without asking only where "
-               "triangles share no vertices")
-      ->group(more("Scan"));
-  app.add_option("--drop-components", o.drop_components,
-                 "drop components of fewer triangles than this")
-      ->type_name("N")
-      ->group(more("Scan"));
-  app.add_option("--fill-holes", o.fill_holes, "fill holes whose outline has at most so many edges")
-      ->type_name("N")
-      ->group(more("Scan"));
-}
-
-void add_method_options(CLI::App& app, RemeshArguments& args) {
-  RemeshOptions& o = args.options;
-  app.add_option("--field", o.field,
-                 "directions to follow instead of the curvature: a text file with a line \"x y z\" "
-                 "or \"x y z fidelity\" for each vertex of the scan file")
-      ->type_name("FILE")
-      ->group(more("Method"));
-  app.add_option("--symmetry", o.symmetry, "field modulo 2 pi / N")
-      ->check(CLI::IsMember({1, 2, 4}))
-      ->default_str("4")
-      ->type_name("1|2|4")
-      ->group(more("Method"));
-  app.add_option("--smoothing", args.smoothing,
-                 "rho in (0, 1), larger is smoother; default from the quad size")
-      ->check(CLI::Range(1e-6, 1.0 - 1e-9))
-      ->type_name("RHO")
-      ->group(more("Method"));
-  app.add_flag("--curl-correction", o.curl_correction,
-               "rescale the field in full: fewest singularities, uneven quads")
-      ->group(more("Method"));
+void add_crease_option(CLI::App& app, RemeshArguments& args) {
   app.add_option("--crease", args.crease,
                  "keep edges that turn by so much or more, 5 to 179, or off")
       ->check(CLI::Range(5.0, 179.0) | CLI::IsMember({"off"}))
       ->default_str("35")
       ->type_name("DEGREES")
       ->group("Method");
-  app.add_option("--energy", o.energy, "weights of edges; default triangle, edge is the paper's")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, Energy>{{"edge", Energy::kEdge}, {"triangle", Energy::kTriangle}}))
-      ->type_name("edge|triangle")
-      ->group(more("Method"));
-  app.add_option("--solver", o.solver, "default nested; reference is the paper's, small scans")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, SolverKind>{
-          {"nested", SolverKind::kNested}, {"reference", SolverKind::kReference}}))
-      ->type_name("nested|reference")
-      ->group(more("Method"));
-  app.add_option("--newton-steps", o.newton_steps, "Newton-CG steps that finish the nested solve")
-      ->check(CLI::Range(0, 1000))
-      ->default_str("0")
-      ->type_name("N")
-      ->group(more("Method"));
 }
 
 void add_output_options(CLI::App& app, RemeshArguments& args) {
   RemeshOptions& o = args.options;
   app.add_flag("--pure-quads", o.pure_quads, "only quads, no triangle")->group("Output");
-  app.add_option("--position-bits", o.position_bits, "bits per coordinate in a .drc, 0 for auto")
-      ->check(CLI::Range(0, 30))
-      ->default_str("0")
-      ->type_name("BITS")
-      ->group(more("Output"));
+  add_position_bits_option(app, o);
 }
 
 bool is_flag(const CLI::Option& option) {
@@ -163,29 +111,16 @@ RemeshOptions RemeshArguments::resolve() const {
 
 void add_scan_options(CLI::App& app, RemeshArguments& args) {
   add_size_options(app, args);
-  add_input_options(app, args);
-  add_method_options(app, args);
+  add_repair_options(app, args.options);
+  add_field_options(app, args.options, args.smoothing);
+  add_crease_option(app, args);
+  add_solver_options(app, args.options);
   add_output_options(app, args);
 }
 
 void add_run_options(CLI::App& app, RemeshArguments& args) {
-  RemeshOptions& o = args.options;
-  app.add_option("--memory", o.memory,
-                 "most memory that the process may fill, e.g. 2GiB; default from the machine")
-      ->transform(CLI::AsSizeValue(false))
-      ->type_name("SIZE")
-      ->group("Run");
-  app.add_option("--threads", o.threads, "threads at work, 0 for one a processor")
-      ->check(CLI::Range(0, 4096))
-      ->default_str("0")
-      ->type_name("N")
-      ->group("Run");
-  app.add_option("--work-dir", o.work_dir, "folder of intermediate data; default OUT.work")
-      ->type_name("DIR")
-      ->group("Run");
-  app.add_flag("--keep-work", o.keep_work, "leave the intermediate data for inspection")
-      ->group(more("Run"));
-  app.add_option("--preview", o.preview, "write a PNG: scan, field, iso-lines, remesh")
+  add_resource_options(app, args.options);
+  app.add_option("--preview", args.options.preview, "write a PNG: scan, field, iso-lines, remesh")
       ->type_name("FILE")
       ->group("Run");
 }

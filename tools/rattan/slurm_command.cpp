@@ -201,9 +201,8 @@ int check(const std::string& given) {
 
 void add_slurm_command(CLI::App& app, Action& action) {
   auto args = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand(
-      "slurm",
-      "Submit a batch to a Slurm cluster: a job array, and a merge that writes the report.");
+  CLI::App* command =
+      app.add_subcommand("slurm", "Submit a batch to a Slurm cluster: a job array and its report.");
   add_selection_options(*command, args->selection);
   const auto option = [&](const std::string& name, auto& value, const char* type,
                           const std::string& text) {

@@ -56,7 +56,8 @@ Charts extract(const IndexedMesh& m, const Fields& fields, double omega, std::ui
   Charts out;
   out.layout = *extract_charts(store, mesh, options, true, graph, out.report);
   for (std::uint32_t t = 0; t < mesh.layout.tile_count(); ++t) {
-    for (ChartMesh& c : load_charts(store, mesh, out.layout, TileId(t))) {
+    for (ChartMesh& c : assemble_charts(load_pieces(store, out.layout, TileId(t)), out.layout,
+                                        TileId(t), mesh.has_colours)) {
       out.meshes.push_back(std::move(c));
     }
   }

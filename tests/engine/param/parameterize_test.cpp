@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "engine/param/parameterize.h"
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 
@@ -8,6 +9,7 @@
 
 #include "engine/field/field_index.h"
 #include "engine/param/periodic_energy.h"
+#include "engine/param/solution_record.h"
 #include "tests/engine/mesh/test_surfaces.h"
 
 namespace rattan {
@@ -201,6 +203,36 @@ TEST(Field, CurlCorrectionIsNormalisedOnEveryComponent) {
   EXPECT_NEAR(mean[0] / total[0], mean[1] / total[1], 0.01);
 }
 
+// By their geometric mean, or by their mean square: with several tiles in the last pass of the
+// solve, with one after it.
+TEST(Field, CurlCorrectionHasTheMeanAskedFor) {
+  for (const std::uint32_t tile_size : {300U, 100000U}) {
+    TiledScan scan(testing::torus(60, 24, 2.0, 1.2), tile_size);
+    const auto mean_of = [&](const FieldOptions& options, const auto& f) {
+      compute_field(scan.store, scan.mesh, options, scan.tasks);
+      const auto frames = scan.all(fields::kFrame);
+      const auto area = scan.all(fields::kVertexArea);
+      double sum = 0.0;
+      double total = 0.0;
+      for (std::size_t i = 0; i < frames.size(); ++i) {
+        sum += static_cast<double>(area[i]) * f(static_cast<double>(frames[i].scale));
+        total += static_cast<double>(area[i]);
+      }
+      return sum / total;
+    };
+    const auto square = [](double v) { return v * v; };
+    const auto log = [](double v) { return std::log(v); };
+    FieldOptions options = plain_options(0.5);
+    options.curl_power = 1.0;
+    options.fitting_length = 0.5;
+    const double spread = mean_of(options, square) / std::exp(2.0 * mean_of(options, log));
+    EXPECT_GT(spread, 1.4);
+    options.curl_mean = 1.25;
+    EXPECT_NEAR(mean_of(options, log), std::log(1.25), 0.01);
+    EXPECT_NEAR(mean_of(options, square) / square(1.25), spread, 0.05);
+  }
+}
+
 TEST(Parameterize, PlaneHasNoSingularityAndExactCoordinates) {
   const Surface s = testing::jittered(testing::plane(40, 30, 8.0, 6.0), 0.0);
   TiledScan scan(s, 300);
@@ -257,6 +289,51 @@ TEST(Parameterize, AnotherPeriodNeedsNoNewField) {
   parameterize(scan.store, scan.mesh, field, options, scan.tasks);
   EXPECT_TRUE(first == bytes_of(scan.all(fields::kPhase)));
   EXPECT_TRUE(frames == bytes_of(scan.all(fields::kFrame)));
+}
+
+TEST(Parameterize, LeavesRecordsAndOnRequestNorms) {
+  const Surface s = testing::jittered(testing::torus(80, 40, 2.0, 0.7), 0.01);
+  TiledScan scan(s, 300);
+  FieldOptions options;
+  options.quad_side = 0.25;
+  const SurfaceField field = compute_field(scan.store, scan.mesh, options, scan.tasks);
+  const auto of_field = find_record<FieldRecord>(scan.store, fields::kFieldRecord);
+  ASSERT_TRUE(of_field);
+  EXPECT_EQ(of_field->quad_side, 0.25);
+  EXPECT_EQ(of_field->curl_power, options.curl_power);
+  ASSERT_EQ(of_field->reports.size(), 2U);
+  EXPECT_EQ(of_field->reports[1].energy, field.reports[1].energy);
+  EXPECT_FALSE(find_record<PhaseRecord>(scan.store, fields::kPhaseRecord));
+
+  ParamOptions param{.omega = 0.5};
+  param.density = 1;
+  param.keep_norms = true;
+  const SolveReport report = parameterize(scan.store, scan.mesh, field, param, scan.tasks);
+  const std::string phases = bytes_of(scan.all(fields::kPhase));
+  const auto of_phase = find_record<PhaseRecord>(scan.store, fields::kPhaseRecord);
+  ASSERT_TRUE(of_phase);
+  EXPECT_EQ(of_phase->omega, 0.5);
+  EXPECT_EQ(of_phase->density, 1);
+  EXPECT_EQ(of_phase->report.energy, report.energy);
+  const auto norms = scan.all(fields::kPhaseNorms);
+  ASSERT_EQ(norms.size(), s.positions.size());
+  float least = 1.0F;
+  double sum = 0.0;
+  for (const PartNorms& n : norms) {
+    least = std::min({least, n[0], n[1]});
+    ASSERT_LT(std::max(n[0], n[1]), 1.3F);
+    sum += static_cast<double>(n[0]) + static_cast<double>(n[1]);
+  }
+  EXPECT_GT(least, 0.0F);
+  EXPECT_LT(least, 0.95F);
+  EXPECT_NEAR(sum / (2.0 * static_cast<double>(norms.size())), 1.0, 0.1);
+
+  param.keep_norms = false;
+  parameterize(scan.store, scan.mesh, field, param, scan.tasks);
+  EXPECT_TRUE(phases == bytes_of(scan.all(fields::kPhase)));
+  EXPECT_FALSE(scan.store.has_chunk(fields::kPhaseNorms.name, TileId(0)));
+  compute_field(scan.store, scan.mesh, options, scan.tasks, &field);
+  EXPECT_FALSE(find_record<PhaseRecord>(scan.store, fields::kPhaseRecord));
 }
 
 TEST(Parameterize, OneThreadAndTwoGiveTheSameBytes) {

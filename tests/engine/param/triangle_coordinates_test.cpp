@@ -191,6 +191,51 @@ TEST(Singularities, DoNotDependOnTiles) {
 }
 
 /// Vertices by their definition: the transports around the one-ring, for all interior vertices.
+TEST(Singularities, AreWhereTheyAreCountedInAllTiles) {
+  std::vector<std::uint8_t> first;
+  for (const std::uint32_t size : {1000U, 40U, 1U}) {
+    Scan scan;
+    make_grid(scan, 14, size);
+    randomize(scan, 21);
+    SingularityCounts sum;
+    std::array<std::uint64_t, 4> kinds{};
+    std::vector<std::uint8_t> triangles;
+    std::vector<std::uint8_t> vertices;
+    std::uint64_t singular = 0;
+    std::uint64_t edge_ends = 0;
+    for (std::uint32_t t = 0; t < scan.mesh.layout.tile_count(); ++t) {
+      const TileMesh tile = load_tile(scan.store, scan.mesh, TileId(t));
+      const TileCoordinates c = coordinates(scan, tile, 6.0);
+      TileSingularities where;
+      const SingularityCounts counts = count_singularities(tile, c, &where);
+      EXPECT_EQ(counts, count_singularities(tile, c));
+      sum += counts;
+      ASSERT_EQ(where.triangles.size(), tile.counts.owned);
+      ASSERT_EQ(where.vertices.size(), tile.extent.owned);
+      for (const TriangleKind kind : where.triangles) {
+        ++kinds[static_cast<std::size_t>(kind)];
+        triangles.push_back(static_cast<std::uint8_t>(kind));
+      }
+      for (std::uint32_t v = 0; v < tile.extent.owned; ++v) {
+        singular += where.vertices[v];
+        edge_ends += where.edges_at_vertex[v];
+        vertices.push_back(where.vertices[v]);
+        vertices.push_back(where.edges_at_vertex[v]);
+      }
+    }
+    EXPECT_EQ(kinds[1], sum.field_triangles);
+    EXPECT_EQ(kinds[2], sum.phase_triangles);
+    EXPECT_EQ(kinds[3], sum.negative_triangles);
+    EXPECT_EQ(singular, sum.vertices);
+    EXPECT_EQ(edge_ends, 2 * sum.edges);
+    triangles.insert(triangles.end(), vertices.begin(), vertices.end());
+    if (first.empty()) {
+      first = triangles;
+    }
+    EXPECT_EQ(triangles, first) << size;
+  }
+}
+
 TEST(Singularities, AgreeWithTheRingsOfAllVertices) {
   Scan scan;
   const std::uint32_t n = 14;

@@ -202,6 +202,58 @@ TEST(Nested, UnitNormsAreUnit) {
   }
 }
 
+template <class Block>
+void expect_norms(std::uint32_t tile_size, int newton_steps, bool by_reference) {
+  constexpr std::uint32_t kNodes = 900;
+  constexpr Field<PartNorms> kNorms{"test/norms"};
+  TestSystem<Block> s;
+  build<Block>(s, kNodes, phase_grid<Block>(30, 30, false, kStep, kStep, 0.5, 3), tile_size, {},
+               {});
+  TaskGraph tasks;
+  SolveOptions options;
+  options.unit_norm = true;
+  options.newton_steps = newton_steps;
+  const auto hierarchy = build_hierarchy(s.store, s.layout, s.halo, s.graph, {}, tasks);
+  const auto solve = [&] {
+    if (by_reference) {
+      solve_reference<Block>(s.store, s.layout, s.halo, s.fields, options, tasks);
+    } else {
+      solve_nested<Block>(s.store, s.layout, s.halo, s.fields, *hierarchy, options, tasks);
+    }
+    return s.solution();
+  };
+  const auto without = solve();
+  EXPECT_FALSE(s.store.has_chunk(kNorms.name, TileId(0)));
+  options.norms = kNorms;
+  const auto with = solve();
+  EXPECT_EQ(std::memcmp(with.data(), without.data(), with.size() * sizeof(with[0])), 0);
+  std::vector<PartNorms> norms;
+  for (std::uint32_t t = 0; t < s.layout.tile_count(); ++t) {
+    const auto tile = read(s.store, kNorms, TileId(t));
+    norms.insert(norms.end(), tile.begin(), tile.end());
+  }
+  ASSERT_EQ(norms.size(), kNodes);
+  double below = 0.0;
+  for (const PartNorms& n : norms) {
+    for (const float part : n) {
+      ASSERT_GT(part, 0.0F);
+      ASSERT_LT(part, 1.5F);
+      below += part < 0.999F ? 1.0 : 0.0;
+    }
+  }
+  // The noise pulls them together: as they were before they were brought to one.
+  EXPECT_GT(below, kNodes);
+}
+
+TEST(Nested, NormsAreKeptOnRequest) {
+  for (const std::uint32_t tile_size : {200U, 10000U}) {
+    expect_norms<PairBlock>(tile_size, 0, false);
+    expect_norms<PairBlock>(tile_size, 2, false);
+  }
+  expect_norms<PairBlock>(10000, 0, true);
+  expect_norms<ComplexBlock>(200, 0, false);
+}
+
 TEST(Nested, EveryComponentIsSolved) {
   // Two grids without a link, then vertices without an edge.
   auto edges = phase_grid<PairBlock>(20, 20, false, kStep, kStep, 0.0, 3);

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+#include "engine/layout/square_map.h"
+
+#include <limits>
+
+#include "engine/core/errors.h"
+#include "engine/layout/mean_value.h"
+
+namespace rattan::layout {
+namespace {
+
+/// Reweighting stops where it gains less than this share of the stretch, or after so many times.
+constexpr double kLeastGain = 0.01;
+constexpr int kReweights = 8;
+/// While triangles are below the floor it goes on.
+constexpr int kMoreReweights = 40;
+/// Rim movements below, in units, are left to the triangles at the rim.
+constexpr double kSmallMove = 1.0 / 64;
+
+struct Candidate {
+  std::vector<Vec2d> uv;
+  MapReport report;
+  std::uint32_t folded = 0;
+};
+
+std::uint32_t count_folded(const FlatDisk& disk) {
+  std::uint32_t count = 0;
+  for (std::uint32_t t = 0; t < disk.triangle.size(); ++t) {
+    count += thickness(disk, t) > 0 ? 0 : 1;
+  }
+  return count;
+}
+
+/// Reweights from weights that are set. Leaves the map of least stretch, or, if `thin_too`, the one
+/// with fewest thin triangles and of these the one of least stretch.
+void solve_and_reweight(FlatDisk& disk, ConvexMap& map, bool thin_too,
+                        Reference reference = Reference::kSurface) {
+  ensure(map.solve(disk.uv), "A convex combination map has a solution");
+  double stretch = mean_stretch(disk);
+  std::uint32_t thin = thin_too ? count_thin(disk) : 0;
+  std::vector<Vec2d> best = disk.uv;
+  double before = stretch;
+  const int most = thin_too ? kMoreReweights : kReweights;
+  for (int i = 0; i < most && (!thin_too || thin > 0 || i < kReweights); ++i) {
+    map.reweight(disk, reference);
+    if (!map.solve(disk.uv)) {
+      break;
+    }
+    const double now = mean_stretch(disk);
+    const std::uint32_t now_thin = thin_too ? count_thin(disk) : 0;
+    if (now_thin < thin || (now_thin == thin && now < stretch)) {
+      thin = now_thin;
+      stretch = now;
+      best = disk.uv;
+    }
+    if (!thin_too && !(now < (1 - kLeastGain) * before)) {
+      break;
+    }
+    before = now;
+  }
+  disk.uv.swap(best);
+}
+
+Candidate nudged(FlatDisk& disk) {
+  Candidate c;
+  c.report.nudged = nudge_thin(disk);
+  c.report.thin = count_thin(disk);
+  c.folded = count_folded(disk);
+  c.uv = disk.uv;
+  return c;
+}
+
+bool better(const Candidate& a, const Candidate& b) {
+  return a.folded != b.folded ? a.folded < b.folded : a.report.thin < b.report.thin;
+}
+
+}  // namespace
+
+MapReport map_to_square(FlatDisk& disk) {
+  split_chords(disk, Chords::kNeeded);
+  {
+    ConvexMap map(disk);
+    solve_and_reweight(disk, map, false);
+  }
+  Candidate best = nudged(disk);
+  if (best.report.thin == 0) {
+    return best.report;
+  }
+  split_chords(disk, Chords::kAll);
+  best.folded = std::numeric_limits<std::uint32_t>::max();
+  best.uv = disk.uv;
+  ConvexMap map(disk);
+  for (const bool equal : {false, true}) {
+    if (equal) {
+      map.use_equal_weights();
+    }
+    solve_and_reweight(disk, map, true, equal ? Reference::kEquilateral : Reference::kSurface);
+    const Candidate c = nudged(disk);
+    if (better(c, best)) {
+      best = c;
+    }
+    if (best.report.thin == 0) {
+      break;
+    }
+  }
+  ensure(best.folded == 0, "A convex combination map of a chart is not folded");
+  disk.uv = std::move(best.uv);
+  return best.report;
+}
+
+bool mend_unfolded(FlatDisk& disk, const std::vector<Vec2d>& moved, MapReport& report) {
+  double most = 0;
+  for (const Vec2d& m : moved) {
+    most = std::max(most, m.lpNorm<Eigen::Infinity>());
+  }
+  if (most > kSmallMove) {
+    std::vector<Vec2d> move = moved;
+    ConvexMap(disk).solve(move);
+    for (std::size_t v = 0; v < move.size(); ++v) {
+      if (disk.fixed[v] == 0) {
+        disk.uv[v] += move[v];
+      }
+    }
+  }
+  split_chords(disk, Chords::kNeeded);
+  report.nudged = nudge_thin(disk);
+  report.thin = count_thin(disk);
+  return report.thin == 0;
+}
+
+}  // namespace rattan::layout
