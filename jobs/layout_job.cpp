@@ -72,8 +72,10 @@ class LayoutJob : public ScanJob {
     process_memory_ = budget_.reserve(memory_need({.threads = threads_}, memory_).total(),
                                       "the program and tiles at work");
     clock_.run("ingest", [&] { mesh_ = ingest(); });
-    report_.asked_side = options_.chart_size > 0.0 ? options_.chart_size / mesh_.unit
-                                                   : kEdgesPerChart * mesh_.mean_edge_length;
+    // A scan may be a single point.
+    edge_ = mesh_.mean_edge_length > 0.0 ? mesh_.mean_edge_length : 1.0;
+    report_.asked_side =
+        options_.chart_size > 0.0 ? options_.chart_size / mesh_.unit : kEdgesPerChart * edge_;
     check_sizes();
     clock_.run("field", [&] { compute_fields(); });
     find_charts();
@@ -127,7 +129,7 @@ class LayoutJob : public ScanJob {
   void compute_fields() {
     FieldOptions options;
     // Smoothing belongs to the scan, not to the charts.
-    options.quad_side = kEdgesPerChart * mesh_.mean_edge_length;
+    options.quad_side = kEdgesPerChart * edge_;
     options.low_pass = 0.3;
     options.curvature_reach = 0.2;
     options.fitting_length = 1.0;
@@ -391,6 +393,7 @@ class LayoutJob : public ScanJob {
   ScanMesh mesh_;
   SurfaceField field_;
   SolveReport phase_report_;
+  double edge_ = 1.0;  ///< mean length
   double omega_ = 0.0;
   Tried tried_;
   std::optional<ChartLayout> charts_;
