@@ -26,6 +26,7 @@
 #include "io/layout/transition_writer.h"
 #include "io/remesh/remesh_writer.h"
 #include "jobs/memory_plan.h"
+#include "jobs/preview.h"
 #include "jobs/scan_job.h"
 #include "jobs/version.h"
 #include "jobs/work_record.h"
@@ -41,9 +42,6 @@ constexpr double kCurlMean = 1.25;
 /// Charts that are no disks make all charts smaller by this, so many times at most.
 constexpr double kSmaller = 0.7071067811865476;
 constexpr int kMostSmaller = 4;
-
-constexpr std::string_view kCharts = "layout/charts";
-constexpr std::string_view kFlatLayout = "layout/flat_layout";
 
 /// What one try at a chart size found.
 struct Tried {
@@ -84,6 +82,9 @@ class LayoutJob : public ScanJob {
     if (options_.bake > 0) {
       clock_.run("bake", [&] { bake_image(); });
     }
+    if (!options_.preview.empty()) {
+      clock_.run("preview", [&] { preview(); });
+    }
     if (options_.keep_work) {
       steps_.save();
     }
@@ -95,7 +96,8 @@ class LayoutJob : public ScanJob {
 
  private:
   MemoryWish wish(std::uint64_t vertices, double charts) const {
-    return {.vertices = vertices, .faces = charts, .threads = threads_};
+    return {.vertices = vertices, .faces = charts, .threads = threads_,
+            .picture = !options_.preview.empty()};
   }
 
   /// What is known to be too large, before it is computed.
@@ -359,6 +361,28 @@ class LayoutJob : public ScanJob {
       });
       report_.output.material = names_.material;
     }
+  }
+
+  void preview() {
+    steps_.depend_on("");
+    steps_.next_makes(options_.preview);
+    steps_.run("preview", [&] {
+      const PromptReturn prompt(budget_.tight());
+      const Reservation pixels =
+          budget_.reserve(memory_need(wish(0, 0.0), memory_).picture, "the preview");
+      RenderOptions picture;
+      picture.resident_triangles =
+          std::min(picture.resident_triangles, budget_.available() / 4 / kPictureBytesPerTriangle);
+      const Reservation kept = budget_.reserve(
+          picture.resident_triangles * kPictureBytesPerTriangle, "the preview's surface");
+      write_preview({.store = store_,
+                     .scan = mesh_,
+                     .charts = &*charts_,
+                     .flat = &*flat_,
+                     .omega = omega_,
+                     .density = 1},
+                    options_.preview, picture);
+    });
   }
 
   void finish_report() {

@@ -272,6 +272,10 @@ FlatLayout flatten_layout(Store& store, const ScanMesh& mesh, const ChartLayout&
   return out;
 }
 
+std::vector<FlatChart> load_flat_charts(Store& store, TileId tile) {
+  return unpack_charts(store.read_chunk(kFlat.name, tile));
+}
+
 void StoredLayout::for_each_vertices(const std::function<void(const LayoutVertices&)>& f) {
   const std::uint32_t tiles = mesh_.layout.tile_count();
   std::vector<Vec3d> positions;
@@ -317,7 +321,7 @@ void StoredLayout::for_each_vertices(const std::function<void(const LayoutVertic
     if (flat_.made_begin[t] == flat_.made_begin[t + 1]) {
       continue;
     }
-    for (const FlatChart& c : unpack_charts(store_.read_chunk(kFlat.name, TileId(t)))) {
+    for (const FlatChart& c : load_flat_charts(store_, TileId(t))) {
       for (std::size_t v = 0; v < c.number.size(); ++v) {
         if (c.number[v] == kUnnumbered) {
           positions.push_back(c.position[v]);

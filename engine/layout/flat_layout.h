@@ -69,6 +69,9 @@ FlatLayout flatten_layout(Store& store, const ScanMesh& mesh, const ChartLayout&
                           const FlattenOptions& options, double omega, TaskGraph& tasks,
                           DistortionSums& sums);
 
+/// The charts of a home tile as flatten_layout left them, in ascending order.
+std::vector<FlatChart> load_flat_charts(Store& store, TileId tile);
+
 /// Streams what flatten_layout left. All arguments outlive it.
 class StoredLayout final : public LayoutSource {
  public:
