@@ -229,6 +229,7 @@ class LayoutJob : public ScanJob {
       DistortionSums after;
       flat_ = flatten_layout(store_, mesh_, *charts_, {}, omega_, tasks_, after);
       write_packed(store_, kFlatLayout, *flat_);
+      erase_pieces(store_);
       return Flattened{flat_->counts, figures(before), figures(after)};
     });
     if (!flat_) {
