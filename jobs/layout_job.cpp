@@ -96,7 +96,9 @@ class LayoutJob : public ScanJob {
 
  private:
   MemoryWish wish(std::uint64_t vertices, double charts) const {
-    return {.vertices = vertices, .faces = charts, .threads = threads_,
+    return {.vertices = vertices,
+            .faces = charts,
+            .threads = threads_,
             .picture = !options_.preview.empty()};
   }
 
@@ -231,7 +233,7 @@ class LayoutJob : public ScanJob {
     const auto [counts, solved, written] = steps_.run("flatten", [&] {
       const DistortionSums before = measure_distortion(store_, mesh_, omega_, tasks_);
       DistortionSums after;
-      flat_ = flatten_layout(store_, mesh_, *charts_, {}, omega_, tasks_, after);
+      flat_ = flatten_layout(store_, mesh_, *charts_, omega_, options_.relax, tasks_, after);
       write_packed(store_, kFlatLayout, *flat_);
       erase_pieces(store_);
       return Flattened{flat_->counts, figures(before), figures(after)};
@@ -276,6 +278,7 @@ class LayoutJob : public ScanJob {
         options.material = has_material ? kMaterial : "";
       }
       if (plan_) {
+        options.texture_bits = static_cast<int>(plan_->bits(options.texture_bits));
         AtlasSource atlas(stored, *plan_);
         return write_layout(atlas, meta, options_.output, options);
       }
