@@ -68,6 +68,7 @@ class LayoutJob : public ScanJob {
     check_memory(wish(0, 0.0), memory_, options_.scan);
     process_memory_ = budget_.reserve(memory_need({.threads = threads_}, memory_).total(),
                                       "the program and tiles at work");
+    store_.set_note(kOptionsNote, options_.canonical());
     clock_.run("ingest", [&] { mesh_ = ingest(); });
     report_.asked_side = options_.chart_size > 0.0 ? options_.chart_size / mesh_.unit
                                                    : kEdgesPerChart * mesh_.mean_edge_length;
@@ -191,6 +192,7 @@ class LayoutJob : public ScanJob {
       options.density = 1;
       options.solve.newton_steps = options_.newton_steps;
       options.reference = options_.solver == SolverKind::kReference;
+      options.keep_norms = options_.keep_work;
       steps_.depend_on(fmt::format("omega={:a} newton-steps={} reference={}", omega_,
                                    options.solve.newton_steps, options.reference));
       phase_report_ = parameterize(store_, mesh_, field_, options, tasks_);

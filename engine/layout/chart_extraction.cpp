@@ -6,6 +6,7 @@
 
 #include "engine/core/errors.h"
 #include "engine/layout/chart_assembly.h"
+#include "engine/layout/chart_fields.h"
 #include "engine/layout/chart_numbering.h"
 #include "engine/layout/scan_arrangement.h"
 
@@ -67,6 +68,7 @@ std::optional<ChartLayout> extract_charts(Store& store, const ScanMesh& mesh,
         write(store, fields::kForeignPieceVertex, id, pieces.foreign.vertices);
         write(store, fields::kForeignPiece, id, pieces.foreign.triangles);
         write(store, fields::kLayoutPoint, id, records(pieces.points));
+        write(store, fields::kTriangleChart, id, pieces.triangle_chart);
         for (const PieceTriangle& t : pieces.foreign.triangles) {
           std::vector<std::uint32_t>& to = contributors[numbering.home(t.chart)];
           if (to.empty() || to.back() != tile) {
