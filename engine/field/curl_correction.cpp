@@ -193,6 +193,10 @@ void ScaleWriter::even_out(double mean_square) {
 }
 
 void ScaleWriter::even_out(double mean, double variance) {
+  if (options_.mean) {
+    even_ = *options_.mean / curl_scale(mean, options_);
+    return;
+  }
   // Scales are cut off, so their mean square is within their bounds, however far log v strays.
   const double scale = curl_scale(mean + options_.power * variance, options_);
   even_out(scale * scale);
@@ -211,9 +215,11 @@ void apply_scale(Store& store, const ScanMesh& mesh, const CurlOptions& options,
     ChunkView<float> solution;
     ChunkView<float> area;
     double area_sum = 0.0;
+    double log_sum = 0.0;
     double scaled_sum = 0.0;
   };
   double area_sum = 0.0;
+  double log_sum = 0.0;
   double scaled_sum = 0.0;
   run_pass<ScaleState>(
       tasks, "curl scale", mesh.layout.tile_count(),
@@ -225,15 +231,21 @@ void apply_scale(Store& store, const ScanMesh& mesh, const CurlOptions& options,
         for (std::size_t i = 0; i < s.area.size(); ++i) {
           const double v = curl_scale(static_cast<double>(s.solution[i]), options);
           s.area_sum += static_cast<double>(s.area[i]);
+          s.log_sum += static_cast<double>(s.area[i]) * static_cast<double>(s.solution[i]);
           s.scaled_sum += static_cast<double>(s.area[i]) * v * v;
         }
       },
       [&](TileId, ScaleState& s) {
         area_sum += s.area_sum;
+        log_sum += s.log_sum;
         scaled_sum += s.scaled_sum;
       });
   ScaleWriter writer(store, mesh, options);
-  writer.even_out(area_sum > 0.0 ? scaled_sum / area_sum : 0.0);
+  if (options.mean) {
+    writer.even_out(area_sum > 0.0 ? log_sum / area_sum : 0.0, 0.0);
+  } else {
+    writer.even_out(area_sum > 0.0 ? scaled_sum / area_sum : 0.0);
+  }
   SolveHooks<RealBlock> hooks;
   hooks.consume = [&](TileId id) { return writer.tile(id); };
   consume_solution(store, mesh.layout, fields::kCurlSystem.solution, hooks, tasks);

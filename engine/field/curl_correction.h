@@ -10,6 +10,10 @@
 // gamma the angle of the field, re-oriented consistently inside each triangle. The targets belong
 // to edges, so that they stay right where weights are clamped.
 
+#include <memory>
+#include <optional>
+#include <span>
+
 #include "engine/core/task_graph.h"
 #include "engine/field/field_data.h"
 #include "engine/solve/solver.h"
@@ -21,6 +25,9 @@ struct CurlOptions {
   double power = 0.2;
   /// |log v| is cut off here before the power.
   double most_log = 3.0;
+  /// Geometric mean of the scales over the area. Without it their mean square is made 1: then the
+  /// number of quads is that without correction.
+  std::optional<double> mean;
 };
 
 namespace fields {
@@ -53,7 +60,7 @@ class ScaleWriter {
   /// that the integral of v^2 is the area and the number of quads doesn't change.
   void even_out(double mean_square);
   /// Likewise, from the mean and variance of log v over the area: as if that were Gaussian, which
-  /// is within a percent of what it is.
+  /// is within a percent of what it is. Where the options give a mean, by that.
   void even_out(double mean, double variance);
   std::unique_ptr<SolutionTask<RealBlock>> tile(TileId id);
   /// After the pass: the board.
@@ -67,7 +74,7 @@ class ScaleWriter {
   BoardWriter<VertexFrame> board_;
 };
 
-/// Two passes over a stored solution: its mean square, then the frames.
+/// Two passes over a stored solution: its mean and mean square, then the frames.
 void apply_scale(Store& store, const ScanMesh& mesh, const CurlOptions& options, TaskGraph& tasks);
 
 }  // namespace rattan

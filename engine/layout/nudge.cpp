@@ -7,9 +7,11 @@ namespace {
 
 /// What is asked of a star's triangles when one is too thin; one that has it is left alone.
 constexpr double kWanted = 2 * kLeastThickness;
-constexpr int kPasses = 24;
+constexpr int kPasses = 30;
 /// Passes that move no further than needed; later ones look for all the room there is.
 constexpr int kShyPasses = 6;
+/// Thicknesses tried for the roomiest place: from far below the floor by doubling, then finer.
+constexpr int kTries = 36;
 
 using Edge = std::array<Vec2d, 2>;
 
@@ -108,10 +110,12 @@ class Nudger {
     bool any = false;
     for (const std::uint32_t t : bad) {
       for (const std::uint32_t v : disk_.triangle[t]) {
-        if (thickness(disk_, t) < kLeastThickness && disk_.fixed[v] == 0 && move(v, shy)) {
-          moved_[v] = 1;
-          any = true;
+        if (thickness(disk_, t) < kLeastThickness) {
+          any = move(v, shy) || any;
         }
+      }
+      if (!shy && thickness(disk_, t) < kLeastThickness) {
+        any = make_room(t) || any;
       }
     }
     return any;
@@ -121,7 +125,23 @@ class Nudger {
   }
 
  private:
+  /// Moves the vertices around a triangle that its own corners can't mend.
+  bool make_room(std::uint32_t t) {
+    bool any = false;
+    for (const std::uint32_t v : disk_.triangle[t]) {
+      for (std::uint32_t i = begin_[v]; i < begin_[v + 1]; ++i) {
+        any = move(disk_.triangle[corner_[i] / 3][next_side(corner_[i]) % 3], false) || any;
+        any = move(disk_.triangle[corner_[i] / 3][previous_side(corner_[i]) % 3], false) || any;
+      }
+    }
+    return any;
+  }
+
+  /// True if the thinnest triangle around v is thicker now.
   bool move(std::uint32_t v, bool shy) {
+    if (disk_.fixed[v] != 0) {
+      return false;
+    }
     star_.clear();
     for (std::uint32_t i = begin_[v]; i < begin_[v + 1]; ++i) {
       const std::uint32_t s = corner_[i];
@@ -150,25 +170,30 @@ class Nudger {
         offer(x);
       }
     }
-    if (most < kLeastThickness) {
+    if (!shy || most < kLeastThickness) {
       // The roomiest place, by trying ever thicker triangles.
       Vec2d x = Vec2d::Zero();
       for (const Edge& e : star_) {
         x += e[0] / static_cast<double>(star_.size());
       }
-      for (double wanted = kLeastThickness / (1 << 20); wanted < 1; wanted *= 2) {
-        clip_to_star(star_, x, wanted, polygon_, spare_);
+      double has_room = kLeastThickness / (1 << 20);
+      double factor = 2;
+      for (int i = 0; i < kTries; ++i) {
+        clip_to_star(star_, x, factor * has_room, polygon_, spare_);
         if (polygon_.empty()) {
-          break;
+          factor = std::sqrt(factor);
+        } else {
+          has_room *= factor;
+          x = centre_of(polygon_);
+          offer(x);
         }
-        x = centre_of(polygon_);
-        offer(x);
       }
     }
     if (!(most > before)) {
       return false;
     }
     disk_.uv[v] = best;
+    moved_[v] = 1;
     return true;
   }
 

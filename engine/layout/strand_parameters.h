@@ -16,7 +16,7 @@ namespace rattan::layout {
 inline constexpr double kRimGrid = 1.0 / 65536;
 /// Neighbours on a strand are so many units apart, at least; half an even share where there are
 /// too many of them for that.
-inline constexpr double kLeastGap = 1.0 / 1024;
+inline constexpr double kLeastGap = 1.0 / 512;
 
 struct StrandPoint {
   double at = 0;            ///< in units from the strand's start

@@ -218,6 +218,7 @@ void correct_curl(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskG
   }
   CurlOptions curl;
   curl.power = options.curl_power;
+  curl.mean = options.curl_mean;
   SolveOptions solve_options = options.curl_solve;
   if (curl.power > kWholeCurl) {
     solve_options.cycles = std::max(solve_options.cycles, 2);

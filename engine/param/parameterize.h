@@ -41,6 +41,8 @@ struct FieldOptions {
   bool pin_features = true;
   /// Power of the curl correction: 0 none, 1 full (PGP 4.1).
   double curl_power = 0.2;
+  /// Geometric mean of its scales; without it their mean square is 1 (see CurlOptions).
+  std::optional<double> curl_mean;
   HierarchyOptions hierarchy;
   /// The smoothing system; `reference` selects the paper's own procedure for it.
   /// Curvature leaves it no choice to start from, so one start will do.

@@ -35,12 +35,13 @@ struct MeshTopology {
   /// Quads both of whose diagonals join vertices that an edge joins: no triangle format holds them.
   std::uint64_t undividable_quads = 0;
 
-  bool clean() const {
+  /// A mesh that its faces' vertices describe wholly.
+  bool simple() const {
     return out_of_range + bad_degree + repeated_vertex + duplicate_faces + non_manifold_edges +
-               inconsistent_edges + non_manifold_vertices + valence_two + short_loops +
-               unreferenced + undividable_quads ==
+               inconsistent_edges + non_manifold_vertices + short_loops + unreferenced ==
            0;
   }
+  bool clean() const { return simple() && valence_two + undividable_quads == 0; }
 };
 
 /// Two edges that join the same two vertices show as a non-manifold edge: an indexed mesh knows

@@ -12,6 +12,7 @@
 
 #include "engine/core/errors.h"
 #include "io/file/guarded_draco.h"
+#include "io/remesh/draco_grid.h"
 #include "io/remesh/draco_polygons.h"
 
 namespace rattan {
@@ -109,23 +110,6 @@ void join_polygons(const TriangleSoup& soup, const std::string& path, PolygonMes
   }
 }
 
-void read_metadata(const draco::Mesh& mesh, RemeshMetadata& out) {
-  out = {};
-  const draco::GeometryMetadata* about = mesh.GetMetadata();
-  if (about == nullptr) {
-    return;
-  }
-  if (about->GetEntryString("generator", &out.version) && out.version.starts_with("rattan ")) {
-    out.version.erase(0, 7);
-  }
-  about->GetEntryString("options", &out.options);
-  about->GetEntryString("input_sha256", &out.input_hash);
-  std::vector<double> origin;
-  if (about->GetEntryDoubleArray("origin", &origin) && origin.size() == 3) {
-    out.origin = Vec3d(origin[0], origin[1], origin[2]);
-  }
-}
-
 const draco::PointAttribute* added_edges_of(const draco::Mesh& mesh) {
   const draco::GeometryMetadata* about = mesh.GetMetadata();
   if (about == nullptr) {
@@ -173,7 +157,7 @@ PolygonMesh decode_draco(std::string_view bytes, const std::string& path,
     throw refuse("it holds no positions");
   }
   if (metadata != nullptr) {
-    read_metadata(*mesh, *metadata);
+    *metadata = metadata_of(*mesh);
   }
 
   PolygonMesh out;

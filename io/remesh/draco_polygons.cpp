@@ -2,7 +2,7 @@
 #include "io/remesh/draco_polygons.h"
 
 #include <algorithm>
-#include <cmath>
+#include <array>
 #include <limits>
 #include <memory>
 #include <new>
@@ -10,113 +10,19 @@
 
 #include <draco/compression/decode.h>
 #include <draco/compression/expert_encode.h>
-#include <draco/core/quantization_utils.h>
 #include <draco/mesh/mesh.h>
 
 #include "engine/core/errors.h"
+#include "io/remesh/draco_grid.h"
 #include "io/remesh/polygon_triangles.h"
 
 namespace rattan {
 namespace {
 
 constexpr const char* kAddedEdges = "added_edges";
-constexpr const char* kGenerator = "generator";
-constexpr const char* kOptions = "options";
-constexpr const char* kInputHash = "input_sha256";
-constexpr const char* kOrigin = "origin";
-
-double float_ulp(double magnitude) {
-  const float m = static_cast<float>(magnitude);
-  return static_cast<double>(std::nextafter(m, std::numeric_limits<float>::infinity())) -
-         static_cast<double>(m);
-}
-
-struct Box {
-  Vec3d low = Vec3d::Constant(std::numeric_limits<double>::infinity());
-  Vec3d high = -low;
-
-  explicit Box(const PolygonMesh& mesh) {
-    for (const Vec3d& p : mesh.positions) {
-      low = low.cwiseMin(p);
-      high = high.cwiseMax(p);
-    }
-  }
-  double largest_side() const { return (high - low).maxCoeff(); }
-  double largest_coordinate(const Vec3d& offset) const {
-    return std::max((low + offset).cwiseAbs().maxCoeff(), (high + offset).cwiseAbs().maxCoeff());
-  }
-};
-
-/// Where the grid of quantised positions lies.
-struct Grid {
-  int bits = 0;
-  float low[3] = {0.0F, 0.0F, 0.0F};
-  float range = 1.0F;
-  double step = 0.0;
-  double bound = 0.0;
-  Vec3d shift;   // file position = mesh position + shift
-  Vec3d origin;  // full position = file position + origin
-  bool full = true;
-};
-
-Grid choose_grid(const PolygonMesh& mesh, const Vec3d& origin, const DracoOptions& options) {
-  const Box box(mesh);
-  const double side = box.largest_side();
-  Grid grid;
-  grid.bits = options.position_bits;
-  if (grid.bits == 0) {
-    const double accuracy = options.accuracy > 0.0 ? options.accuracy : default_accuracy(mesh);
-    grid.bits = kLeastPositionBits;
-    while (grid.bits < kMostPositionBits && side > accuracy * ((1 << grid.bits) - 1)) {
-      ++grid.bits;
-    }
-  }
-  grid.step = (side > 0.0 ? side : 1.0) / ((1 << grid.bits) - 1);
-  // float32 must resolve a quarter of a step; else positions stay relative to the scan's origin, or
-  // to the corner of the box where that origin is far off too.
-  const auto fine = [&](const Vec3d& shift) {
-    return float_ulp(box.largest_coordinate(shift)) <= 0.25 * grid.step;
-  };
-  grid.full = fine(origin) || (origin.isZero(0.0) && side == 0.0);
-  grid.shift = grid.full ? origin : Vec3d::Zero();
-  grid.origin = grid.full ? Vec3d::Zero() : origin;
-  if (!grid.full && !fine(grid.shift)) {
-    grid.shift = -box.low;
-    grid.origin = origin + box.low;
-  }
-  // The grid Draco chooses by itself, in its own arithmetic. (Setting one explicitly goes through
-  // decimals of six places in 1.5.5, which spoils any other range than whole numbers.)
-  grid.range = 0.0F;
-  for (int k = 0; k < 3; ++k) {
-    grid.low[k] = static_cast<float>(box.low[k] + grid.shift[k]);
-    const auto high = static_cast<float>(box.high[k] + grid.shift[k]);
-    grid.range = std::max(grid.range, high - grid.low[k]);
-  }
-  if (grid.range == 0.0F) {
-    grid.range = 1.0F;
-  }
-  grid.step = static_cast<double>(grid.range) / ((1 << grid.bits) - 1);
-  // Draco's quantiser computes in float32, which rounds by a step or so at the finest grids.
-  grid.bound = grid.step * (0.5 + std::ldexp(1.0, grid.bits - 22)) +
-               3.0 * float_ulp(box.largest_coordinate(grid.shift));
-  return grid;
-}
-
 void add_metadata(draco::Mesh& out, int added_edges, const RemeshMetadata& metadata,
-                  const Grid& grid) {
-  auto about = std::make_unique<draco::GeometryMetadata>();
-  const auto add = [&](const char* name, const std::string& value) {
-    if (!value.empty()) {
-      about->AddEntryString(name, value);
-    }
-  };
-  add(kGenerator, metadata.version.empty() ? "rattan" : "rattan " + metadata.version);
-  add(kOptions, metadata.options);
-  add(kInputHash, metadata.input_hash);
-  if (!grid.full) {
-    about->AddEntryDoubleArray(kOrigin, {grid.origin[0], grid.origin[1], grid.origin[2]});
-  }
-  out.AddMetadata(std::move(about));
+                  const PositionGrid& grid) {
+  out.AddMetadata(draco_metadata(metadata, grid));
   if (added_edges >= 0) {
     auto name = std::make_unique<draco::AttributeMetadata>();
     name->AddEntryString("name", kAddedEdges);
@@ -161,7 +67,7 @@ Triangles cut(const PolygonMesh& mesh) {
   return out;
 }
 
-void fill_mesh(const PolygonMesh& mesh, const Triangles& triangles, const Grid& grid,
+void fill_mesh(const PolygonMesh& mesh, const Triangles& triangles, const PositionGrid& grid,
                draco::Mesh& out, int& position, int& added_edges) {
   out.SetNumFaces(triangles.corners.size());
   out.set_num_points(triangles.points);
@@ -186,7 +92,7 @@ void fill_mesh(const PolygonMesh& mesh, const Triangles& triangles, const Grid& 
   }
   for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
     const draco::AttributeValueIndex value(v);
-    const Vec3f p = (mesh.positions[v] + grid.shift).cast<float>();
+    const Vec3f p = grid.to_file(mesh.positions[v]);
     out.attribute(position)->SetAttributeValue(value, p.data());
     if (colour >= 0) {
       out.attribute(colour)->SetAttributeValue(value, mesh.colours[v].data());
@@ -213,33 +119,31 @@ void fill_mesh(const PolygonMesh& mesh, const Triangles& triangles, const Grid& 
   }
 }
 
-/// What Draco's quantiser makes of the positions, by its own arithmetic.
-PolygonMesh expected_mesh(const PolygonMesh& mesh, const Grid& grid) {
-  draco::Quantizer quantizer;
-  quantizer.Init(grid.range, (1 << grid.bits) - 1);
-  draco::Dequantizer dequantizer;
-  ensure(dequantizer.Init(grid.range, (1 << grid.bits) - 1), "Draco takes the quantisation range");
+PolygonMesh expected_mesh(const PolygonMesh& mesh, const PositionGrid& grid) {
+  const GridRounding round(grid);
   PolygonMesh out;
   out.face_begin = mesh.face_begin;
   out.corners = mesh.corners;
   out.colours = mesh.colours;
   out.positions.reserve(mesh.vertex_count());
   for (const Vec3d& p : mesh.positions) {
-    const Vec3f in = (p + grid.shift).cast<float>();
-    Vec3d q;
-    for (int k = 0; k < 3; ++k) {
-      const float value = dequantizer.DequantizeFloat(quantizer.QuantizeFloat(in[k] - grid.low[k]));
-      q[k] = static_cast<double>(value + grid.low[k]);
-    }
-    out.positions.push_back(q);
+    const std::array<float, 3> q = round(grid.to_file(p));
+    out.positions.emplace_back(q[0], q[1], q[2]);
   }
   return out;
+}
+
+PositionBox box_of(const PolygonMesh& mesh) {
+  PositionBox box;
+  for (const Vec3d& p : mesh.positions) {
+    box.add(p);
+  }
+  return box;
 }
 
 }  // namespace
 
 double default_accuracy(const PolygonMesh& mesh) {
-  const Box box(mesh);
   double length = 0.0;
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
     const auto face = mesh.face(f);
@@ -248,21 +152,18 @@ double default_accuracy(const PolygonMesh& mesh) {
     }
   }
   const double mean = length / static_cast<double>(std::max<std::size_t>(mesh.corners.size(), 1));
-  return std::min(1e-5 * (box.high - box.low).norm(), mean / 200.0);
+  return default_accuracy(box_of(mesh), mean);
 }
 
 DracoEncoding encode_draco(const PolygonMesh& mesh, const RemeshMetadata& metadata,
                            const DracoOptions& options) {
-  if (options.position_bits != 0 &&
-      (options.position_bits < kLeastPositionBits || options.position_bits > kMostPositionBits)) {
-    throw UsageError("--position-bits takes " + std::to_string(kLeastPositionBits) + " to " +
-                     std::to_string(kMostPositionBits) + ", not " +
-                     std::to_string(options.position_bits) + ".");
-  }
+  check_position_bits(options.position_bits);
   ensure(options.speed >= 0 && options.speed <= 5,
          "Draco keeps vertices whole at encoder speeds 0 to 5 only");
   ensure(mesh.vertex_count() < (std::size_t{1} << 30), "a Draco file holds below 2^30 vertices");
-  const Grid grid = choose_grid(mesh, metadata.origin, options);
+  const double accuracy = options.accuracy > 0.0 ? options.accuracy : default_accuracy(mesh);
+  const PositionGrid grid =
+      choose_position_grid(box_of(mesh), metadata.origin, options.position_bits, accuracy);
   DracoEncoding out;
   {
     draco::Mesh triangles;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <bit>
-#include <charconv>
-#include <cstring>
 
-#include "engine/core/errors.h"
+#include "io/file/text_writer.h"
+#include "io/remesh/file_comments.h"
 #include "io/remesh/polygon_files.h"
 
 namespace rattan {
@@ -11,44 +11,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "binary PLY is written as it lies");
 
-class Line {
- public:
-  explicit Line(AtomicFile& out) : out_(out) {}
-  void text(std::string_view s) { out_.write(s); }
-  template <class Number>
-  void number(Number value) {
-    char digits[32];
-    const auto end = std::to_chars(digits, digits + sizeof(digits), value).ptr;
-    out_.write(std::string_view(digits, static_cast<std::size_t>(end - digits)));
-  }
-  void point(const Vec3d& p) {
-    for (int k = 0; k < 3; ++k) {
-      text(k == 0 ? "" : " ");
-      number(p[k]);
-    }
-  }
-
- private:
-  AtomicFile& out_;
-};
-
-/// A comment line each; line breaks inside a string become spaces.
-void write_comments(Line& line, std::string_view lead, const RemeshMetadata& metadata) {
-  const auto put = [&](std::string_view name, std::string value) {
-    if (!value.empty()) {
-      for (char& c : value) {
-        c = c == '\n' || c == '\r' ? ' ' : c;
-      }
-      line.text(lead);
-      line.text(name);
-      line.text(value);
-      line.text("\n");
-    }
-  };
-  put("", metadata.version.empty() ? "rattan" : "rattan " + metadata.version);
-  put("options ", metadata.options);
-  put("input sha256 ", metadata.input_hash);
-}
+using Line = TextWriter<AtomicFile>;
 
 }  // namespace
 

@@ -203,6 +203,36 @@ TEST(Field, CurlCorrectionIsNormalisedOnEveryComponent) {
   EXPECT_NEAR(mean[0] / total[0], mean[1] / total[1], 0.01);
 }
 
+// By their geometric mean, or by their mean square: with several tiles in the last pass of the
+// solve, with one after it.
+TEST(Field, CurlCorrectionHasTheMeanAskedFor) {
+  for (const std::uint32_t tile_size : {300U, 100000U}) {
+    TiledScan scan(testing::torus(60, 24, 2.0, 1.2), tile_size);
+    const auto mean_of = [&](const FieldOptions& options, const auto& f) {
+      compute_field(scan.store, scan.mesh, options, scan.tasks);
+      const auto frames = scan.all(fields::kFrame);
+      const auto area = scan.all(fields::kVertexArea);
+      double sum = 0.0;
+      double total = 0.0;
+      for (std::size_t i = 0; i < frames.size(); ++i) {
+        sum += static_cast<double>(area[i]) * f(static_cast<double>(frames[i].scale));
+        total += static_cast<double>(area[i]);
+      }
+      return sum / total;
+    };
+    const auto square = [](double v) { return v * v; };
+    const auto log = [](double v) { return std::log(v); };
+    FieldOptions options = plain_options(0.5);
+    options.curl_power = 1.0;
+    options.fitting_length = 0.5;
+    const double spread = mean_of(options, square) / std::exp(2.0 * mean_of(options, log));
+    EXPECT_GT(spread, 1.4);
+    options.curl_mean = 1.25;
+    EXPECT_NEAR(mean_of(options, log), std::log(1.25), 0.01);
+    EXPECT_NEAR(mean_of(options, square) / square(1.25), spread, 0.05);
+  }
+}
+
 TEST(Parameterize, PlaneHasNoSingularityAndExactCoordinates) {
   const Surface s = testing::jittered(testing::plane(40, 30, 8.0, 6.0), 0.0);
   TiledScan scan(s, 300);
