@@ -69,6 +69,7 @@ class LayoutJob : public ScanJob {
     check_memory(wish(0, 0.0), memory_, options_.scan);
     process_memory_ = budget_.reserve(memory_need({.threads = threads_}, memory_).total(),
                                       "the program and tiles at work");
+    store_.set_note(kOptionsNote, options_.canonical());
     clock_.run("ingest", [&] { mesh_ = ingest(); });
     // A scan may be a single point.
     edge_ = mesh_.mean_edge_length > 0.0 ? mesh_.mean_edge_length : 1.0;
@@ -204,6 +205,7 @@ class LayoutJob : public ScanJob {
       options.solve.newton_steps = options_.newton_steps;
       options.keep_norms = options_.keep_work;
       options.reference = options_.solver == SolverKind::kReference;
+      options.keep_norms = options_.keep_work;
       steps_.depend_on(fmt::format("omega={:a} newton-steps={} reference={}", omega_,
                                    options.solve.newton_steps, options.reference));
       phase_report_ = parameterize(store_, mesh_, field_, options, tasks_);
