@@ -16,6 +16,7 @@
 #include "engine/layout/flat_layout.h"
 #include "engine/layout/transitions.h"
 #include "engine/param/distortion.h"
+#include "engine/param/parameterize.h"
 #include "engine/remesh/topology.h"
 #include "io/layout/bake.h"
 #include "io/layout/layout_writer.h"
@@ -35,6 +36,8 @@ namespace {
 
 /// Of a chart, in mean edges of the scan, unless asked for (PGP 2.2).
 constexpr double kEdgesPerChart = 10.0;
+/// Mean of the curl correction's scales: corrected charts are larger where they can be.
+constexpr double kCurlMean = 1.25;
 /// Charts that are no disks make all charts smaller by this, so many times at most.
 constexpr double kSmaller = 0.7071067811865476;
 constexpr int kMostSmaller = 4;
@@ -123,20 +126,23 @@ class LayoutJob : public ScanJob {
 
   void compute_fields() {
     FieldOptions options;
-    options.quad_side = report_.asked_side;
+    // Smoothing belongs to the scan, not to the charts.
+    options.quad_side = kEdgesPerChart * mesh_.mean_edge_length;
+    options.low_pass = 0.3;
+    options.curvature_reach = 0.2;
+    options.fitting_length = 1.0;
     options.energy = options_.energy == Energy::kEdge ? EdgeEnergy::kEdge : EdgeEnergy::kTriangle;
     options.symmetry = static_cast<Symmetry>(options_.symmetry);
     options.smoothing = options_.smoothing;
-    options.curl_power = options_.curl_correction ? 1.0 : 0.0;
-    options.low_pass = 0.0;
-    options.curvature_reach = 0.1;
-    options.fitting_length = 1.0;
-    options.features.creases = false;
+    options.pin_features = false;
     options.features.tolerance = 0.85e-3 * mesh_.diagonal();
-    steps_.depend_on(fmt::format("chart-side={:a} energy={} symmetry={} smoothing={:a} curl={:a}",
-                                 options.quad_side, static_cast<int>(options.energy),
-                                 options_.symmetry, options.smoothing.value_or(-1.0),
-                                 options.curl_power));
+    options.curl_power = options_.curl_correction ? 1.0 : 0.0;
+    if (options_.curl_correction) {
+      options.curl_mean = kCurlMean;
+    }
+    steps_.depend_on(fmt::format("energy={} symmetry={} smoothing={:a} curl={:a}",
+                                 static_cast<int>(options.energy), options_.symmetry,
+                                 options.smoothing.value_or(-1.0), options.curl_power));
     field_ = compute_field(store_, mesh_, options, tasks_);
   }
 
@@ -190,6 +196,7 @@ class LayoutJob : public ScanJob {
       options.omega = omega_;
       options.density = 1;
       options.solve.newton_steps = options_.newton_steps;
+      options.keep_norms = options_.keep_work;
       options.reference = options_.solver == SolverKind::kReference;
       steps_.depend_on(fmt::format("omega={:a} newton-steps={} reference={}", omega_,
                                    options.solve.newton_steps, options.reference));
@@ -200,8 +207,7 @@ class LayoutJob : public ScanJob {
       steps_.before_long_step();
       tried_ = steps_.run("charts", [&] {
         const PromptReturn prompt(budget_.tight());
-        ArrangementOptions options{
-            .omega = omega_, .density = 1, .features = field_.features.get(), .budget = &budget_};
+        const ArrangementOptions options{.omega = omega_, .density = 1, .budget = &budget_};
         ChartExtraction found;
         const std::optional<ChartLayout> layout =
             extract_charts(store_, mesh_, options, cut, tasks_, found);
@@ -223,6 +229,7 @@ class LayoutJob : public ScanJob {
       DistortionSums after;
       flat_ = flatten_layout(store_, mesh_, *charts_, {}, omega_, tasks_, after);
       write_packed(store_, kFlatLayout, *flat_);
+      erase_pieces(store_);
       return Flattened{flat_->counts, figures(before), figures(after)};
     });
     if (!flat_) {

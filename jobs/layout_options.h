@@ -11,6 +11,8 @@
 namespace rattan {
 
 struct LayoutOptions : ScanOptions {
+  LayoutOptions() { newton_steps = 2; }
+
   /// Side of a chart, in file units; 0: ten times the mean edge of the repaired scan.
   double chart_size = 0.0;
   /// Rounds of relaxation across chart borders.

@@ -56,7 +56,7 @@ void add_solver_options(CLI::App& app, ScanOptions& o) {
       ->group(more("Method"));
   app.add_option("--newton-steps", o.newton_steps, "Newton-CG steps that finish the nested solve")
       ->check(CLI::Range(0, 1000))
-      ->default_str("0")
+      ->default_str(std::to_string(o.newton_steps))
       ->type_name("N")
       ->group(more("Method"));
 }
