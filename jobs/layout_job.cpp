@@ -205,7 +205,6 @@ class LayoutJob : public ScanJob {
       options.solve.newton_steps = options_.newton_steps;
       options.keep_norms = options_.keep_work;
       options.reference = options_.solver == SolverKind::kReference;
-      options.keep_norms = options_.keep_work;
       steps_.depend_on(fmt::format("omega={:a} newton-steps={} reference={}", omega_,
                                    options.solve.newton_steps, options.reference));
       phase_report_ = parameterize(store_, mesh_, field_, options, tasks_);
