@@ -142,6 +142,7 @@ class LayoutJob : public ScanJob {
     options.symmetry = static_cast<Symmetry>(options_.symmetry);
     options.smoothing = options_.smoothing;
     options.pin_features = false;
+    options.pin_boundary = true;
     options.features.tolerance = 0.85e-3 * mesh_.diagonal();
     options.curl_power = options_.curl_correction ? 1.0 : 0.0;
     if (options_.curl_correction) {
