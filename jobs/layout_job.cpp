@@ -272,6 +272,7 @@ class LayoutJob : public ScanJob {
         options.material = has_material ? kMaterial : "";
       }
       if (plan_) {
+        options.texture_bits = static_cast<int>(plan_->bits(12));
         AtlasSource atlas(stored, *plan_);
         return write_layout(atlas, meta, options_.output, options);
       }
