@@ -26,6 +26,7 @@
 #include "io/layout/transition_writer.h"
 #include "io/remesh/remesh_writer.h"
 #include "jobs/memory_plan.h"
+#include "jobs/preview.h"
 #include "jobs/scan_job.h"
 #include "jobs/version.h"
 #include "jobs/work_record.h"
@@ -41,9 +42,6 @@ constexpr double kCurlMean = 1.25;
 /// Charts that are no disks make all charts smaller by this, so many times at most.
 constexpr double kSmaller = 0.7071067811865476;
 constexpr int kMostSmaller = 4;
-
-constexpr std::string_view kCharts = "layout/charts";
-constexpr std::string_view kFlatLayout = "layout/flat_layout";
 
 /// What one try at a chart size found.
 struct Tried {
@@ -71,9 +69,12 @@ class LayoutJob : public ScanJob {
     check_memory(wish(0, 0.0), memory_, options_.scan);
     process_memory_ = budget_.reserve(memory_need({.threads = threads_}, memory_).total(),
                                       "the program and tiles at work");
+    store_.set_note(kOptionsNote, options_.canonical());
     clock_.run("ingest", [&] { mesh_ = ingest(); });
-    report_.asked_side = options_.chart_size > 0.0 ? options_.chart_size / mesh_.unit
-                                                   : kEdgesPerChart * mesh_.mean_edge_length;
+    // A scan may be a single point.
+    edge_ = mesh_.mean_edge_length > 0.0 ? mesh_.mean_edge_length : 1.0;
+    report_.asked_side =
+        options_.chart_size > 0.0 ? options_.chart_size / mesh_.unit : kEdgesPerChart * edge_;
     check_sizes();
     clock_.run("field", [&] { compute_fields(); });
     find_charts();
@@ -81,6 +82,9 @@ class LayoutJob : public ScanJob {
     clock_.run("write", [&] { write(); });
     if (options_.bake > 0) {
       clock_.run("bake", [&] { bake_image(); });
+    }
+    if (!options_.preview.empty()) {
+      clock_.run("preview", [&] { preview(); });
     }
     if (options_.keep_work) {
       steps_.save();
@@ -93,7 +97,10 @@ class LayoutJob : public ScanJob {
 
  private:
   MemoryWish wish(std::uint64_t vertices, double charts) const {
-    return {.vertices = vertices, .faces = charts, .threads = threads_};
+    return {.vertices = vertices,
+            .faces = charts,
+            .threads = threads_,
+            .picture = !options_.preview.empty()};
   }
 
   /// What is known to be too large, before it is computed.
@@ -127,7 +134,7 @@ class LayoutJob : public ScanJob {
   void compute_fields() {
     FieldOptions options;
     // Smoothing belongs to the scan, not to the charts.
-    options.quad_side = kEdgesPerChart * mesh_.mean_edge_length;
+    options.quad_side = kEdgesPerChart * edge_;
     options.low_pass = 0.3;
     options.curvature_reach = 0.2;
     options.fitting_length = 1.0;
@@ -135,6 +142,7 @@ class LayoutJob : public ScanJob {
     options.symmetry = static_cast<Symmetry>(options_.symmetry);
     options.smoothing = options_.smoothing;
     options.pin_features = false;
+    options.pin_boundary = true;
     options.features.tolerance = 0.85e-3 * mesh_.diagonal();
     options.curl_power = options_.curl_correction ? 1.0 : 0.0;
     if (options_.curl_correction) {
@@ -227,7 +235,7 @@ class LayoutJob : public ScanJob {
     const auto [counts, solved, written] = steps_.run("flatten", [&] {
       const DistortionSums before = measure_distortion(store_, mesh_, omega_, tasks_);
       DistortionSums after;
-      flat_ = flatten_layout(store_, mesh_, *charts_, {}, omega_, tasks_, after);
+      flat_ = flatten_layout(store_, mesh_, *charts_, omega_, options_.relax, tasks_, after);
       write_packed(store_, kFlatLayout, *flat_);
       erase_pieces(store_);
       return Flattened{flat_->counts, figures(before), figures(after)};
@@ -272,6 +280,7 @@ class LayoutJob : public ScanJob {
         options.material = has_material ? kMaterial : "";
       }
       if (plan_) {
+        options.texture_bits = static_cast<int>(plan_->bits(options.texture_bits));
         AtlasSource atlas(stored, *plan_);
         return write_layout(atlas, meta, options_.output, options);
       }
@@ -359,6 +368,28 @@ class LayoutJob : public ScanJob {
     }
   }
 
+  void preview() {
+    steps_.depend_on("");
+    steps_.next_makes(options_.preview);
+    steps_.run("preview", [&] {
+      const PromptReturn prompt(budget_.tight());
+      const Reservation pixels =
+          budget_.reserve(memory_need(wish(0, 0.0), memory_).picture, "the preview");
+      RenderOptions picture;
+      picture.resident_triangles =
+          std::min(picture.resident_triangles, budget_.available() / 4 / kPictureBytesPerTriangle);
+      const Reservation kept = budget_.reserve(
+          picture.resident_triangles * kPictureBytesPerTriangle, "the preview's surface");
+      write_preview({.store = store_,
+                     .scan = mesh_,
+                     .charts = &*charts_,
+                     .flat = &*flat_,
+                     .omega = omega_,
+                     .density = 1},
+                    options_.preview, picture);
+    });
+  }
+
   void finish_report() {
     record_.solver = field_.reports;
     record_.solver.push_back(phase_report_);
@@ -391,6 +422,7 @@ class LayoutJob : public ScanJob {
   ScanMesh mesh_;
   SurfaceField field_;
   SolveReport phase_report_;
+  double edge_ = 1.0;  ///< mean length
   double omega_ = 0.0;
   Tried tried_;
   std::optional<ChartLayout> charts_;

@@ -9,9 +9,11 @@
 #include "engine/core/exact_math.h"
 #include "engine/field/curvature.h"
 #include "engine/field/tangent_frame.h"
+#include "engine/layout/base_complex.h"
 #include "engine/param/phase_fields.h"
 #include "engine/param/triangle_coordinates.h"
 #include "io/picture/panels.h"
+#include "jobs/chart_scene.h"
 
 namespace rattan {
 
@@ -27,7 +29,7 @@ constexpr double kLeastFidelity = 0.05;
 class TilePart {
  public:
   TilePart(const PreviewInput& input, TileId tile, bool with_field, bool with_lines)
-      : mesh_(load_tile(input.store, input.scan, tile)) {
+      : mesh_(load_tile(input.store, input.scan, tile)), is_layout_(input.charts != nullptr) {
     if (with_field) {
       frames_ = read_local(input.store, fields::kFrame, fields::kMeshHalo, tile);
       for (const VertexFrame& f : frames_) {
@@ -42,6 +44,9 @@ class TilePart {
           read_local(input.store, fields::kPhase, fields::kMeshHalo, tile);
       coordinates_ = tile_coordinates(mesh_, frames_, phases, input.omega);
       compute_phases();
+      if (input.charts != nullptr) {
+        find_singular_edges();
+      }
     }
   }
 
@@ -54,10 +59,12 @@ class TilePart {
     s.raw_directions = raw_directions_;
     s.corner_phases = phases_;
     s.kinds = kinds_;
+    s.lines = singular_edges_;
     return s;
   }
 
-  void add_dots(std::vector<Dot>& dots) const {
+  /// At triangles whose coordinates don't close.
+  void add_poles(std::vector<Dot>& dots) const {
     for (std::uint32_t t = 0; t < kinds_.size(); ++t) {
       if (kinds_[t] == kPlainTriangle) {
         continue;
@@ -69,7 +76,8 @@ class TilePart {
       const LocalTriangle& c = mesh_.triangles[t];
       const Vec3f middle =
           (mesh_.positions[c[0]] + mesh_.positions[c[1]] + mesh_.positions[c[2]]) / 3.0F;
-      dots.push_back({middle, around.r != 0 ? kFieldSingularity : kPhaseSingularity, 3.0F});
+      dots.push_back({middle, around.r != 0 ? kFieldSingularity : kPhaseSingularity, 3.0F,
+                      !is_layout_ || around.r != 0});
     }
   }
 
@@ -83,6 +91,16 @@ class TilePart {
         const Complexd a = symmetry_root(unit_or(d.doubled, Complexd(1.0, 0.0)), 2);
         raw_directions_[v] = (a.real() * f.x + a.imag() * f.y).cast<float>();
       }
+    }
+  }
+
+  void find_singular_edges() {
+    TileSingularities where;
+    count_singularities(mesh_, coordinates_, &where);
+    for (const std::uint32_t e : where.edges) {
+      const TileEdge& edge = coordinates_.edges[e];
+      singular_edges_.push_back(
+          {mesh_.positions[edge.lo], mesh_.positions[edge.hi], LineKind::kSingularEdge});
     }
   }
 
@@ -140,6 +158,8 @@ class TilePart {
   std::vector<Vec3f> raw_directions_;
   std::vector<std::array<float, 2>> phases_;
   std::vector<std::uint8_t> kinds_;
+  std::vector<SurfaceLine> singular_edges_;
+  bool is_layout_;
 };
 
 }  // namespace
@@ -150,9 +170,11 @@ void write_preview(const PreviewInput& input, const std::string& path,
                      input.store.has_chunk(fields::kCurvature.name, TileId(0));
   const bool lines =
       field && input.omega > 0.0 && input.store.has_chunk(fields::kPhase.name, TileId(0));
+  const std::uint32_t tiles = input.scan.layout.tile_count();
   const auto source = [&](bool with_field, bool with_lines) {
-    return [&input, with_field, with_lines](const std::function<void(const SceneMesh&)>& use) {
-      for (std::uint32_t t = 0; t < input.scan.layout.tile_count(); ++t) {
+    return [&input, tiles, with_field,
+            with_lines](const std::function<void(const SceneMesh&)>& use) {
+      for (std::uint32_t t = 0; t < tiles; ++t) {
         use(TilePart(input, TileId(t), with_field, with_lines).scene());
       }
     };
@@ -162,8 +184,8 @@ void write_preview(const PreviewInput& input, const std::string& path,
   panels.shape = source(false, false);
   panels.has_curvature = panels.has_field = field;
   panels.has_lines = lines;
-  for (std::uint32_t t = 0; lines && t < input.scan.layout.tile_count(); ++t) {
-    TilePart(input, TileId(t), field, lines).add_dots(panels.singularities);
+  for (std::uint32_t t = 0; lines && t < tiles; ++t) {
+    TilePart(input, TileId(t), field, lines).add_poles(panels.singularities);
   }
   panels.remesh = input.remesh;
   panels.close_up = input.remesh != nullptr;
@@ -173,6 +195,30 @@ void write_preview(const PreviewInput& input, const std::string& path,
   panels.lines_label = "iso-lines and singularities";
   RenderOptions how = options;
   how.line_period = 2.0 * exact::kPi / input.density;
+  PolygonMesh base;
+  std::vector<Rgb> tints;
+  if (input.charts != nullptr) {
+    const ChartGraph& graph = input.charts->graph;
+    tints = chart_tints(graph);
+    panels.charts = [&](const std::function<void(const SceneMesh&)>& use) {
+      for (std::uint32_t t = 0; t < tiles; ++t) {
+        use(ChartPart(input.store, graph, tints, TileId(t)).scene());
+      }
+    };
+    panels.chart_side = input.omega;
+    panels.chart_units = static_cast<int>(graph.units);
+    base = base_complex(*input.charts, *input.flat);
+    panels.remesh = &base;
+    // As in PGP Figure 1.
+    panels.has_curvature = false;
+    how.line_period = exact::kPi;
+    panels.scan_label = "A  scan";
+    panels.field_label = "B  smoothed directions";
+    panels.lines_label = "C  iso-lines and singularities";
+    panels.charts_label = "D  charts";
+    panels.texture_label = "E  parameterization";
+    panels.remesh_label = "F  base complex";
+  }
   write_png(render_panels(panels, how), path);
 }
 

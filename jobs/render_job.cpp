@@ -53,6 +53,8 @@ void render_work(const PictureOptions& options) {
   write_preview({.store = store,
                  .scan = scan,
                  .remesh = work.remesh ? &*work.remesh : nullptr,
+                 .charts = work.charts ? &work.charts->layout : nullptr,
+                 .flat = work.charts ? &work.charts->flat : nullptr,
                  .omega = work.omega,
                  .density = work.density},
                 options.output, render_options(options));

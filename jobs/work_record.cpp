@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "jobs/work_record.h"
 
+#include <utility>
+
 #include "engine/core/packed_chunk.h"
 #include "engine/core/tile_layout.h"
 #include "engine/param/phase_fields.h"
@@ -29,6 +31,17 @@ WorkRecord load_work(Store& store) {
     read_packed(store, kLines, lines);
     record.omega = lines.omega;
     record.density = lines.density;
+  }
+  if (store.has_chunk(kCharts, TileId(0)) && store.has_chunk(kFlatLayout, TileId(0))) {
+    ChartRecord charts;
+    read_packed(store, kCharts, charts.layout);
+    read_packed(store, kFlatLayout, charts.flat);
+    // Charts of another size than those that were parameterized are those of a run that was
+    // interrupted in between.
+    if (charts.flat.size.charts == charts.layout.graph.chart_count() &&
+        charts.flat.unit * charts.layout.graph.units == record.omega) {
+      record.charts = std::move(charts);
+    }
   }
   WorkingMesh remesh(store);
   if (remesh.saved()) {

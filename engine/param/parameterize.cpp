@@ -172,6 +172,7 @@ void smooth_field(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskG
   smoothing.align_boundary = options.align_boundary;
   smoothing.features = field.features.get();
   smoothing.pin = options.pin_features;
+  smoothing.pin_boundary = options.pin_boundary;
   Steps& steps = tasks.steps();
   steps.run("smoothing system", [&] {
     BorderGauges<ComplexBlock> gauges(*field.hierarchy);

@@ -247,6 +247,7 @@ SingularityCounts count_singularities(const TileMesh& mesh, const TileCoordinate
     where->triangles.assign(mesh.counts.owned, TriangleKind::kRegular);
     where->vertices.assign(owned, 0);
     where->edges_at_vertex.assign(owned, 0);
+    where->edges.clear();
   }
   const auto mark = [&](std::uint32_t triangle, TriangleKind kind) {
     if (where != nullptr) {
@@ -298,7 +299,8 @@ SingularityCounts count_singularities(const TileMesh& mesh, const TileCoordinate
     }
     return compose(inverse(c.side_transport(side - 1)), inverse(c.side_transport(side + 1)));
   };
-  for (const TileEdge& e : c.edges) {
+  for (std::uint32_t i = 0; i < c.edges.size(); ++i) {
+    const TileEdge& e = c.edges[i];
     if (e.left == kNoSide || e.right == kNoSide) {
       for (const std::uint32_t v : {e.lo, e.hi}) {
         if (v < owned) {
@@ -310,6 +312,9 @@ SingularityCounts count_singularities(const TileMesh& mesh, const TileCoordinate
       const std::uint32_t r = e.right;
       if ((open[l / 3] | open[r / 3]) != 0 && !(derived(l) == inverse(derived(r)))) {
         counts.edges += e.lo < owned ? 1 : 0;
+        if (where != nullptr && e.lo < owned) {
+          where->edges.push_back(i);
+        }
         for (const std::uint32_t v : {e.lo, e.hi}) {
           if (where != nullptr && v < owned) {
             ++where->edges_at_vertex[v];

@@ -124,6 +124,7 @@ struct TileSingularities {
   std::vector<TriangleKind> triangles;        ///< of the tile's owned triangles
   std::vector<std::uint8_t> vertices;         ///< of its owned vertices: 1 where singular
   std::vector<std::uint8_t> edges_at_vertex;  ///< likewise: singular edges that end there
+  std::vector<std::uint32_t> edges;           ///< singular ones, of TileCoordinates::edges
 };
 
 /// `where`: filled in if not null.

@@ -11,6 +11,15 @@
 
 namespace rattan {
 
+Rgb mix(const Rgb& a, const Rgb& b, float t) {
+  Rgb out;
+  for (std::size_t k = 0; k < 3; ++k) {
+    out[k] = static_cast<std::uint8_t>(
+        std::lround(static_cast<float>(a[k]) * (1.0F - t) + static_cast<float>(b[k]) * t));
+  }
+  return out;
+}
+
 Image::Image(int width, int height, Rgb fill)
     : width_(width),
       height_(height),

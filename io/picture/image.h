@@ -13,6 +13,9 @@ namespace rattan {
 /// sRGB, 0 to 255 a channel.
 using Rgb = std::array<std::uint8_t, 3>;
 
+/// Between a (t = 0) and b (t = 1).
+Rgb mix(const Rgb& a, const Rgb& b, float t);
+
 /// Rows from the top, pixels from the left; 3 bytes a pixel.
 class Image {
  public:

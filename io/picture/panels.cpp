@@ -2,6 +2,7 @@
 #include "io/picture/panels.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -18,13 +19,29 @@ constexpr double kMargin = 0.05;  // of a panel's smaller side
 
 constexpr std::size_t kMostInRow = 4;
 constexpr float kCloseUpEdge = 38.0F;  // pixels
+constexpr int kMostFields = 8;
+constexpr float kLeastField = 4.5F;  // pixels
 constexpr float kLeastEdge = 3.5F;     // pixels; lines nearer than this hide what is between them
 
-/// Pixels that the mean edge of a mesh takes where it faces the eye.
-float edge_pixels(const PolygonScene& scene, const Camera& camera) {
+/// Pixels that a length takes where it faces the eye.
+float pixels_of(double length, const Camera& camera) {
   const auto depth = static_cast<float>(2.6 * camera.diagonal());
-  return camera.project({static_cast<float>(scene.mean_edge()), 0.0F, depth}).x() -
+  return camera.project({static_cast<float>(length), 0.0F, depth}).x() -
          camera.project({0.0F, 0.0F, depth}).x();
+}
+
+float edge_pixels(const PolygonScene& scene, const Camera& camera) {
+  return pixels_of(scene.mean_edge(), camera);
+}
+
+/// Fields of a checkerboard a chart side: even, so that it goes on across borders; as many as 8 if
+/// they can be told apart.
+int fields_of_chart(float side_pixels, int units) {
+  int fields = kMostFields;
+  while (fields > 2 * units && side_pixels < kLeastField * static_cast<float>(fields)) {
+    fields /= 2;
+  }
+  return fields;
 }
 
 /// Thinner lines and smaller dots where the faces are small on the picture.
@@ -163,7 +180,17 @@ Image render_panels(const PanelInput& input, const RenderOptions& most, const Ca
         dot.radius = std::min(dot.radius, strength(*remesh, camera, options).dot);
       }
     }
-    std::vector<Image> images = render(input.scan, camera, looks, dots, options);
+    Overlay overlay;
+    static constexpr std::array kOfCharts{Look::kCharts, Look::kTexture};
+    if (input.charts) {
+      overlay = {input.charts, kOfCharts};
+      labels.push_back(input.charts_label);
+      labels.push_back(input.texture_label);
+      options.checks = static_cast<float>(fields_of_chart(pixels_of(input.chart_side, camera),
+                                                          input.chart_units)) /
+                       static_cast<float>(input.chart_units);
+    }
+    std::vector<Image> images = render(input.scan, camera, looks, dots, options, overlay);
     for (std::size_t i = 0; i < images.size(); ++i) {
       panels.emplace_back(std::move(images[i]), labels[i]);
     }

@@ -21,6 +21,11 @@ struct PanelInput {
   bool has_field = false;          ///< the parts bring `directions`
   bool has_lines = false;          ///< the parts bring `corner_phases`
   std::vector<Dot> singularities;  ///< on the panels of field and lines
+  /// Charts on the scan, with `tints`, `corner_uv` and `lines`: two panels. May be empty. Called
+  /// twice.
+  SurfaceSource charts;
+  double chart_side = 0.0;  ///< a length on the scan
+  int chart_units = 1;      ///< in texture coordinates
   /// May be null. Shown on its own panel.
   const PolygonMesh* remesh = nullptr;
   /// Remesh position + remesh_shift is relative to the same origin as the scan.
@@ -35,12 +40,14 @@ struct PanelInput {
   std::string curvature_label = "curvature directions";
   std::string field_label = "field";
   std::string lines_label = "iso-lines";
+  std::string charts_label = "charts";
+  std::string texture_label = "parameterization";
   std::string remesh_label = "remesh";
   std::string close_up_label = "close-up";
 };
 
 /// Panels, in the order of PGP Figure 1: scan, field before and after smoothing, iso-lines with
-/// singularities, remesh with its edges, close-up; each at most options.width x options.height,
+/// singularities, charts, their texture coordinates, remesh with its edges, close-up; each at most options.width x options.height,
 /// and a label. Panels without data are left out; up to four stand in one row, more in two.
 /// `view` null: the default view.
 Image render_panels(const PanelInput& input, const RenderOptions& options,

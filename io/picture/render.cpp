@@ -5,13 +5,16 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include <Eigen/Geometry>
 
 #include "engine/core/errors.h"
 #include "engine/core/parallel.h"
+#include "io/picture/albedo.h"
 #include "io/picture/field_lines.h"
 #include "io/picture/samples.h"
+#include "io/picture/surface_lines.h"
 
 namespace rattan {
 namespace {
@@ -19,22 +22,7 @@ namespace {
 using Vec2f = Eigen::Vector2f;
 
 constexpr std::size_t kRows = 4;
-constexpr Rgb kLineColour{28, 31, 38};
-constexpr Rgb kIsoColour{20, 62, 120};
 constexpr Rgb kFieldColour{24, 66, 128};
-constexpr Rgb kInsideColour{164, 140, 128};
-constexpr Rgb kTriangleTint{236, 176, 96};
-constexpr Rgb kPolygonTint{150, 190, 140};
-constexpr Rgb kSingularTint{222, 72, 52};
-
-Rgb mix(const Rgb& a, const Rgb& b, float t) {
-  Rgb out;
-  for (std::size_t k = 0; k < 3; ++k) {
-    out[k] = static_cast<std::uint8_t>(
-        std::lround(static_cast<float>(a[k]) * (1.0F - t) + static_cast<float>(b[k]) * t));
-  }
-  return out;
-}
 
 float smooth_step(float low, float high, float x) {
   const float t = std::clamp((x - low) / (high - low), 0.0F, 1.0F);
@@ -69,19 +57,24 @@ Vec3f nearest_turn(const Vec3f& a, const Vec3f& b, const Vec3f& normal) {
   return across < 0.0F ? Vec3f(-turned) : turned;
 }
 
-/// Takes one part's hits into the grid, if they are the nearest so far.
+/// Takes one part's hits into the grid, if they are the nearest so far. Of an overlay only the
+/// colours, for `depth` are then the overlay's own: else null.
 class Sampler {
  public:
   Sampler(const SceneMesh& mesh, const PartScene& part, const Camera& camera,
-          std::span<const Look> looks, const RenderOptions& options, SampleGrid& grid)
+          std::span<const Look> looks, const RenderOptions& options, SampleGrid& grid,
+          std::vector<float>* depth = nullptr)
       : mesh_(mesh),
         part_(part),
         camera_(camera),
         looks_(looks),
         options_(options),
         grid_(grid),
+        depth_(depth == nullptr ? grid.depth : *depth),
+        is_overlay_(depth != nullptr),
+        albedo_(mesh, part.positions(), camera, options),
         scale_(static_cast<float>(options.samples)) {
-    if (mesh.corner_normals.empty()) {
+    if (mesh.corner_normals.empty() && !is_overlay_) {
       if (mesh.normals.empty()) {
         own_normals_ = vertex_normals(mesh);
       }
@@ -136,10 +129,10 @@ class Sampler {
     const std::size_t at =
         static_cast<std::size_t>(y) * grid_.fine_width() + static_cast<std::size_t>(x);
     PartScene::Hit hit{};
-    if (!part_.intersect(ray, grid_.depth[at], hit)) {
+    if (!part_.intersect(ray, depth_[at], hit)) {
       return;
     }
-    grid_.depth[at] = hit.depth;
+    depth_[at] = hit.depth;
     const LocalTriangle& t = mesh_.triangles[hit.triangle];
     const std::array<float, 3> w{1.0F - hit.u - hit.v, hit.u, hit.v};
     const std::array<Vec3f, 3> p{part_.positions()[t[0]], part_.positions()[t[1]],
@@ -147,6 +140,14 @@ class Sampler {
     // Camera space is left-handed: turn the cross product round.
     Vec3f flat = -(p[1] - p[0]).cross(p[2] - p[0]);
     flat.normalize();
+    const bool inside = flat.dot(ray) > 0.0F;
+    for (std::size_t l = 0; l < looks_.size(); ++l) {
+      grid_.colours[at * looks_.size() + l] =
+          albedo_.at(looks_[l], hit, Vec2f(px, py), inside);
+    }
+    if (is_overlay_) {
+      return;
+    }
     Vec3f n = Vec3f::Zero();
     for (std::size_t k = 0; k < 3; ++k) {
       n += w[k] * (mesh_.corner_normals.empty()
@@ -160,7 +161,6 @@ class Sampler {
     n = agree > 0.0F || !n.allFinite() ? n : Vec3f(-n);
     n = (n * smooth_step(0.65F, 0.92F, std::abs(agree)) +
          flat * (1.0F - smooth_step(0.65F, 0.92F, std::abs(agree))));
-    const bool inside = flat.dot(ray) > 0.0F;
     if (inside) {
       n = -n;
     }
@@ -171,9 +171,6 @@ class Sampler {
     for (std::size_t k = 0; k < 3; ++k) {
       grid_.normals[at][k] =
           static_cast<std::int16_t>(std::lround(n[static_cast<int>(k)] * 32767.0F));
-    }
-    for (std::size_t l = 0; l < looks_.size(); ++l) {
-      grid_.colours[at * looks_.size() + l] = albedo(looks_[l], hit, w, p, Vec2f(px, py), inside);
     }
     const int s = options_.samples;
     if (x % s == s / 2 && y % s == s / 2) {
@@ -202,75 +199,15 @@ class Sampler {
     return mean.norm() > 0.0F ? camera_.turn(mean.normalized()) : Vec3f::Zero();
   }
 
-  Rgb albedo(Look look, const PartScene::Hit& hit, const std::array<float, 3>& w,
-             const std::array<Vec3f, 3>& p, const Vec2f& pixel, bool inside) const {
-    Rgb colour = inside ? kInsideColour : options_.surface;
-    if (look == Look::kPlain || look == Look::kRawField || look == Look::kField || inside) {
-      return colour;
-    }
-    const std::uint8_t kind = mesh_.kinds.empty() ? kPlainTriangle : mesh_.kinds[hit.triangle];
-    const std::array<Vec2f, 3> s{camera_.project(p[0]).head<2>(), camera_.project(p[1]).head<2>(),
-                                 camera_.project(p[2]).head<2>()};
-    if (look == Look::kEdges) {
-      if (kind == kTriangleFace) {
-        colour = mix(colour, kTriangleTint, 0.75F);
-      } else if (kind == kPolygonFace) {
-        colour = mix(colour, kPolygonTint, 0.75F);
-      }
-      if (!mesh_.edges.empty()) {
-        float distance = 1e9F;
-        for (std::size_t k = 0; k < 3; ++k) {
-          if ((mesh_.edges[hit.triangle] >> k & 1U) != 0) {
-            distance = std::min(distance, segment_distance(pixel, s[k], s[(k + 1) % 3]));
-          }
-        }
-        colour = mix(colour, kLineColour, 0.88F * coverage(distance));
-      }
-      return colour;
-    }
-    if (kind == kSingularTriangle) {
-      colour = mix(colour, kSingularTint, 0.8F);
-    }
-    if (!mesh_.corner_phases.empty()) {
-      const auto* phases = &mesh_.corner_phases[3 * std::size_t{hit.triangle}];
-      const Vec2f e1 = s[1] - s[0];
-      const Vec2f e2 = s[2] - s[0];
-      const float det = e1.x() * e2.y() - e1.y() * e2.x();
-      for (std::size_t k = 0; k < 2 && std::abs(det) > 1e-12F; ++k) {
-        const float d1 = phases[1][k] - phases[0][k];
-        const float d2 = phases[2][k] - phases[0][k];
-        const Vec2f gradient((d1 * e2.y() - d2 * e1.y()) / det, (d2 * e1.x() - d1 * e2.x()) / det);
-        const auto period = static_cast<float>(options_.line_period);
-        const float turns =
-            (w[0] * phases[0][k] + w[1] * phases[1][k] + w[2] * phases[2][k]) / period;
-        const float spacing = period / std::max(gradient.norm(), 1e-12F);  // pixels
-        const float distance = std::abs(turns - std::round(turns)) * spacing;
-        // Lines nearer to each other than two pixels would only darken the surface.
-        const float fade = std::clamp((spacing - 2.0F) / 2.0F, 0.0F, 1.0F);
-        if (std::isfinite(turns)) {
-          colour = mix(colour, kIsoColour, 0.9F * fade * coverage(distance));
-        }
-      }
-    }
-    return colour;
-  }
-
-  static float segment_distance(const Vec2f& p, const Vec2f& a, const Vec2f& b) {
-    const Vec2f ab = b - a;
-    const float t = std::clamp((p - a).dot(ab) / std::max(ab.squaredNorm(), 1e-12F), 0.0F, 1.0F);
-    return (p - a - t * ab).norm();
-  }
-  /// Of a sample by a line whose middle is `distance` pixels away.
-  float coverage(float distance) const {
-    return std::clamp((0.5F * options_.line_width - distance) * scale_ + 0.5F, 0.0F, 1.0F);
-  }
-
   const SceneMesh& mesh_;
   const PartScene& part_;
   const Camera& camera_;
   std::span<const Look> looks_;
   const RenderOptions& options_;
   SampleGrid& grid_;
+  std::vector<float>& depth_;
+  const bool is_overlay_;
+  const Albedo albedo_;
   float scale_;
   std::vector<Vec3f> own_normals_;
   std::span<const Vec3f> normals_;
@@ -389,10 +326,13 @@ std::vector<Image> resolve(const SampleGrid& grid, const Occlusion& occlusion, c
   return images;
 }
 
-void draw_dots(Image& image, const SampleGrid& grid, const Camera& camera,
+void draw_dots(Image& image, Look look, const SampleGrid& grid, const Camera& camera,
                std::span<const Dot> dots) {
   const auto slack = static_cast<float>(4e-3 * camera.diagonal());
   for (const Dot& dot : dots) {
+    if (look == Look::kField && !dot.of_field) {
+      continue;
+    }
     const Vec3f at = camera.project(camera.to_camera(dot.position));
     const int x = static_cast<int>(std::floor(at.x()));
     const int y = static_cast<int>(std::floor(at.y()));
@@ -418,9 +358,37 @@ std::size_t render_bytes(const RenderOptions& options, std::size_t looks) {
                    (2 * sizeof(Vec3f) + 5 * sizeof(Vec2f)) + 3 * looks);
 }
 
+namespace {
+
+/// Lines of a surface's parts, on those pictures that show some.
+void draw_lines(const SurfaceSource& surface, const Camera& camera, std::span<const Look> looks,
+                const RenderOptions& options, SampleGrid& grid) {
+  std::vector<std::pair<std::size_t, LineLayer>> layers;
+  for (std::size_t l = 0; l < looks.size(); ++l) {
+    const LineStyles styles = line_styles(looks[l], options.line_width);
+    if (std::any_of(styles.begin(), styles.end(),
+                    [](const LineStyle& s) { return s.width > 0.0F; })) {
+      layers.emplace_back(l, LineLayer(grid, camera, styles));
+    }
+  }
+  if (layers.empty()) {
+    return;
+  }
+  surface([&](const SceneMesh& mesh) {
+    for (auto& [look, layer] : layers) {
+      layer.add(mesh.lines);
+    }
+  });
+  for (const auto& [look, layer] : layers) {
+    layer.apply(grid, look);
+  }
+}
+
+}  // namespace
+
 std::vector<Image> render(const SurfaceSource& surface, const Camera& camera,
                           std::span<const Look> looks, std::span<const Dot> dots,
-                          const RenderOptions& options) {
+                          const RenderOptions& options, const Overlay& overlay) {
   ensure(options.width > 0 && options.height > 0 && options.samples > 0 && !looks.empty(),
          "a picture has pixels");
   const auto wanted = [&](Look look) {
@@ -443,11 +411,13 @@ std::vector<Image> render(const SurfaceSource& surface, const Camera& camera,
       kept.clear();
     }
   });
+  draw_lines(surface, camera, looks, options, grid);
   Occlusion occlusion(grid, camera, static_cast<float>(0.16 * camera.diagonal()));
   if (all_kept) {
     for (const auto& part : kept) {
       occlusion.add(*part);
     }
+    kept.clear();
   } else {
     surface([&](const SceneMesh& mesh) { occlusion.add(PartScene(device.get(), mesh, camera)); });
   }
@@ -462,8 +432,29 @@ std::vector<Image> render(const SurfaceSource& surface, const Camera& camera,
   std::vector<Image> images = resolve(grid, occlusion, camera, looks, lines, options);
   for (std::size_t l = 0; l < looks.size(); ++l) {
     if (looks[l] != Look::kPlain && looks[l] != Look::kRawField) {
-      draw_dots(images[l], grid, camera, dots);
+      draw_dots(images[l], looks[l], grid, camera, dots);
     }
+  }
+  if (overlay.looks.empty()) {
+    return images;
+  }
+  // The same surface cut otherwise: depths, normals and light are there already.
+  lines.assign(overlay.looks.size(), {});
+  grid.directions = {};
+  grid.raw_directions = {};
+  grid.looks = static_cast<int>(overlay.looks.size());
+  grid.colours.assign(grid.depth.size() * overlay.looks.size(), options.surface);
+  grid.colours.shrink_to_fit();
+  {
+    std::vector<float> depth(grid.depth.size(), std::numeric_limits<float>::infinity());
+    overlay.surface([&](const SceneMesh& mesh) {
+      const PartScene part(device.get(), mesh, camera);
+      Sampler(mesh, part, camera, overlay.looks, options, grid, &depth).run();
+    });
+  }
+  draw_lines(overlay.surface, camera, overlay.looks, options, grid);
+  for (Image& image : resolve(grid, occlusion, camera, overlay.looks, lines, options)) {
+    images.push_back(std::move(image));
   }
   return images;
 }

@@ -33,7 +33,8 @@ void add_layout_options(CLI::App& command, LayoutOptions& o) {
       ->type_name("LENGTH")
       ->group("Charts");
   command
-      .add_option("--relax", o.relax, "rounds that make coordinates smoother across chart borders")
+      .add_option("--relax", o.relax,
+                  "rounds that smooth coordinates across borders of repaired charts; 6 do")
       ->check(CLI::Range(0, 1000))
       ->default_str("0")
       ->type_name("N")
@@ -100,6 +101,9 @@ void add_layout_command(CLI::App& app, Action& action) {
   command->add_flag("--fresh", o.fresh, "start anew, whatever an earlier run left in that folder")
       ->group("Run");
   command->add_option("--report", o.report, "write a JSON report")->type_name("FILE")->group("Run");
+  command->add_option("--preview", o.preview, "write a PNG: scan, field, iso-lines, charts, base")
+      ->type_name("FILE")
+      ->group("Run");
   auto* quiet = command->add_flag("--quiet", args->quiet, "only warnings and errors")->group("Run");
   command->add_flag("--verbose", args->verbose, "a line for every stage")
       ->excludes(quiet)
