@@ -96,13 +96,6 @@ struct CoarsePart {
   std::uint64_t setup_passes = 0;
 };
 
-/// Member by member: bytes between them are no one's.
-template <class A>
-void members_of(A& a, CoarsePart& p) {
-  a(p.done);
-  a(p.setup_passes);
-}
-
 /// What callers do in passes that a solve makes anyway, so that they need none of their own.
 template <class Block>
 struct SolveHooks {
