@@ -94,7 +94,9 @@ class LayoutJob : public ScanJob {
 
  private:
   MemoryWish wish(std::uint64_t vertices, double charts) const {
-    return {.vertices = vertices, .faces = charts, .threads = threads_,
+    return {.vertices = vertices,
+            .faces = charts,
+            .threads = threads_,
             .picture = !options_.preview.empty()};
   }
 

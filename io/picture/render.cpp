@@ -142,8 +142,7 @@ class Sampler {
     flat.normalize();
     const bool inside = flat.dot(ray) > 0.0F;
     for (std::size_t l = 0; l < looks_.size(); ++l) {
-      grid_.colours[at * looks_.size() + l] =
-          albedo_.at(looks_[l], hit, Vec2f(px, py), inside);
+      grid_.colours[at * looks_.size() + l] = albedo_.at(looks_[l], hit, Vec2f(px, py), inside);
     }
     if (is_overlay_) {
       return;
