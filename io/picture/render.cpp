@@ -147,6 +147,9 @@ class Sampler {
     if (is_overlay_) {
       return;
     }
+    if (!grid_.inside.empty()) {
+      grid_.inside[at] = inside ? 1 : 0;
+    }
     Vec3f n = Vec3f::Zero();
     for (std::size_t k = 0; k < 3; ++k) {
       n += w[k] * (mesh_.corner_normals.empty()
@@ -396,6 +399,9 @@ std::vector<Image> render(const SurfaceSource& surface, const Camera& camera,
   const RayDevice device;
   SampleGrid grid(options.width, options.height, options.samples, static_cast<int>(looks.size()),
                   wanted(Look::kField), wanted(Look::kRawField));
+  if (!overlay.looks.empty() || wanted(Look::kCharts) || wanted(Look::kTexture)) {
+    grid.inside.assign(grid.depth.size(), 0);
+  }
   std::vector<std::unique_ptr<PartScene>> kept;
   std::size_t triangles = 0;
   bool all_kept = true;

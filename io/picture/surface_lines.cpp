@@ -111,6 +111,9 @@ void LineLayer::draw(const Flat& line, int first_row, int last_row) {
       }
       const std::size_t at =
           static_cast<std::size_t>(y) * grid_.fine_width() + static_cast<std::size_t>(x);
+      if (!grid_.inside.empty() && grid_.inside[at] != 0) {
+        continue;
+      }
       // How far the surface may fall away within the line's width.
       const float facing = std::max(std::abs(grid_.normal(at).z()), 0.15F);
       const float slack = pixel * (1.0F + (half + 0.5F) / facing);
