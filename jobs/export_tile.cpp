@@ -60,7 +60,7 @@ struct Rows {
 WorkContents WorkContents::of(Store& store) {
   WorkContents work;
   work.scan = load_scan_mesh(store);
-  const auto has = [&](std::string_view field) { return store.has_chunk(field, kBoardTile); };
+  const auto has = [&](std::string_view name) { return store.has_chunk(name, kBoardTile); };
   const TileId last(std::max(work.scan.layout.tile_count(), 1U) - 1);
   work.geometry = has(fields::kSmoothPosition.name) && has(fields::kNormal.name) &&
                   has(fields::kCurvature.name) && store.has_chunk(fields::kDiagonal.name, last);

@@ -50,6 +50,13 @@ struct Tried {
   SingularityCounts singularities;
 };
 
+template <class A>
+void members_of(A& a, Tried& t) {
+  a(t.found);
+  a(t.not_disks);
+  a(t.singularities);
+}
+
 struct Flattened {
   FlatCounts counts;
   DistortionFigures solved;
@@ -69,9 +76,12 @@ class LayoutJob : public ScanJob {
     check_memory(wish(0, 0.0), memory_, options_.scan);
     process_memory_ = budget_.reserve(memory_need({.threads = threads_}, memory_).total(),
                                       "the program and tiles at work");
+    store_.set_note(kOptionsNote, options_.canonical());
     clock_.run("ingest", [&] { mesh_ = ingest(); });
-    report_.asked_side = options_.chart_size > 0.0 ? options_.chart_size / mesh_.unit
-                                                   : kEdgesPerChart * mesh_.mean_edge_length;
+    // A scan may be a single point.
+    edge_ = mesh_.mean_edge_length > 0.0 ? mesh_.mean_edge_length : 1.0;
+    report_.asked_side =
+        options_.chart_size > 0.0 ? options_.chart_size / mesh_.unit : kEdgesPerChart * edge_;
     check_sizes();
     clock_.run("field", [&] { compute_fields(); });
     find_charts();
@@ -131,7 +141,7 @@ class LayoutJob : public ScanJob {
   void compute_fields() {
     FieldOptions options;
     // Smoothing belongs to the scan, not to the charts.
-    options.quad_side = kEdgesPerChart * mesh_.mean_edge_length;
+    options.quad_side = kEdgesPerChart * edge_;
     options.low_pass = 0.3;
     options.curvature_reach = 0.2;
     options.fitting_length = 1.0;
@@ -139,6 +149,7 @@ class LayoutJob : public ScanJob {
     options.symmetry = static_cast<Symmetry>(options_.symmetry);
     options.smoothing = options_.smoothing;
     options.pin_features = false;
+    options.pin_boundary = true;
     options.features.tolerance = 0.85e-3 * mesh_.diagonal();
     options.curl_power = options_.curl_correction ? 1.0 : 0.0;
     if (options_.curl_correction) {
@@ -231,8 +242,9 @@ class LayoutJob : public ScanJob {
     const auto [counts, solved, written] = steps_.run("flatten", [&] {
       const DistortionSums before = measure_distortion(store_, mesh_, omega_, tasks_);
       DistortionSums after;
-      flat_ = flatten_layout(store_, mesh_, *charts_, {}, omega_, tasks_, after);
+      flat_ = flatten_layout(store_, mesh_, *charts_, omega_, options_.relax, tasks_, after);
       write_packed(store_, kFlatLayout, *flat_);
+      erase_pieces(store_);
       return Flattened{flat_->counts, figures(before), figures(after)};
     });
     if (!flat_) {
@@ -275,6 +287,7 @@ class LayoutJob : public ScanJob {
         options.material = has_material ? kMaterial : "";
       }
       if (plan_) {
+        options.texture_bits = static_cast<int>(plan_->bits(options.texture_bits));
         AtlasSource atlas(stored, *plan_);
         return write_layout(atlas, meta, options_.output, options);
       }
@@ -416,6 +429,7 @@ class LayoutJob : public ScanJob {
   ScanMesh mesh_;
   SurfaceField field_;
   SolveReport phase_report_;
+  double edge_ = 1.0;  ///< mean length
   double omega_ = 0.0;
   Tried tried_;
   std::optional<ChartLayout> charts_;

@@ -120,11 +120,14 @@ Fit curve_fit(const TangentFrame& frame, const std::vector<Vec3f>& p, std::uint3
   return f;
 }
 
-/// Sets the field to the tangent of the curves where it is near already, and pins it.
-void follow_curves(const TileFeatures& features, const std::vector<Vec3f>& p, bool pin,
+/// Sets the field to the tangent of the curves where it is near already, and pins it if `pinned`
+/// says so of the vertex.
+template <class Pinned>
+void follow_curves(const TileFeatures& features, const std::vector<Vec3f>& p, const Pinned& pinned,
                    std::vector<VertexFrame>& frames) {
   for (const FeatureMark& m : features.marks) {
     VertexFrame& frame = frames[m.vertex];
+    const bool pin = pinned(m.vertex);
     // The loose end of a curve is as good as its inner points.
     if (m.corner && m.neighbors != 1) {
       frame.pins = pin ? kPinBoth : 0;
@@ -269,6 +272,7 @@ class FrameWriter::Tile final : public SolutionTask<ComplexBlock> {
     position_.load(store, fields::kSmoothPosition, fields::kMeshHalo, id_);
     normal_ = read(store, fields::kNormal, id_);
     halo_ids_ = read(store, fields::kMeshHalo.halo_ids, id_);
+    flags_ = read(store, fields::kVertexFlag, id_);
   }
   void compute(std::span<const Complex> solution) override {
     const SmoothingOptions& options = writer_.options_;
@@ -284,8 +288,11 @@ class FrameWriter::Tile final : public SolutionTask<ComplexBlock> {
     }
     if (writer_.features_) {
       const TileExtent& extent = writer_.mesh_.layout.tiles[id_.value];
-      follow_curves(options.features->of_tile(extent, halo_ids_.span()), position_.gather(),
-                    options.pin, frames_);
+      const auto pinned = [&](std::uint32_t i) {
+        return options.pin || (options.pin_boundary && (flags_[i] & kOnBoundary) != 0);
+      };
+      follow_curves(options.features->of_tile(extent, halo_ids_.span()), position_.gather(), pinned,
+                    frames_);
     }
   }
   void commit() override { writer_.board_.commit(writer_.store_, fields::kMeshHalo, id_, frames_); }
@@ -296,6 +303,7 @@ class FrameWriter::Tile final : public SolutionTask<ComplexBlock> {
   HaloView<Vec3f> position_;
   ChunkView<Vec3f> normal_;
   ChunkView<std::uint64_t> halo_ids_;
+  ChunkView<std::uint8_t> flags_;
   std::vector<VertexFrame> frames_;
 };
 

@@ -32,6 +32,8 @@ struct SmoothingOptions {
   const FeatureSet* features = nullptr;
   /// Whether coordinates are to be lines along features (see VertexFrame::pins).
   bool pin = false;
+  /// Whether they are to be along boundary loops, if nowhere else.
+  bool pin_boundary = false;
 };
 
 namespace fields {

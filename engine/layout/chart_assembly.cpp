@@ -255,7 +255,7 @@ class Assembler {
     place[0].known = true;
     for (std::size_t i = 0; i < queue.size(); ++i) {
       const std::uint32_t t = queue[i];
-      if (triangles[t].piece->flags != 0) {
+      if ((triangles[t].piece->flags & kSingularPiece) != 0) {
         return;
       }
       for (std::uint32_t k = 0; k < 3; ++k) {

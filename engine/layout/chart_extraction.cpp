@@ -6,6 +6,7 @@
 
 #include "engine/core/errors.h"
 #include "engine/layout/chart_assembly.h"
+#include "engine/layout/chart_fields.h"
 #include "engine/layout/chart_numbering.h"
 #include "engine/layout/scan_arrangement.h"
 
@@ -67,6 +68,7 @@ std::optional<ChartLayout> extract_charts(Store& store, const ScanMesh& mesh,
         write(store, fields::kForeignPieceVertex, id, pieces.foreign.vertices);
         write(store, fields::kForeignPiece, id, pieces.foreign.triangles);
         write(store, fields::kLayoutPoint, id, records(pieces.points));
+        write(store, fields::kTriangleChart, id, pieces.triangle_chart);
         for (const PieceTriangle& t : pieces.foreign.triangles) {
           std::vector<std::uint32_t>& to = contributors[numbering.home(t.chart)];
           if (to.empty() || to.back() != tile) {
@@ -76,7 +78,7 @@ std::optional<ChartLayout> extract_charts(Store& store, const ScanMesh& mesh,
         for (const NumberedNode& n : pieces.nodes) {
           charts.node_vertex[n.node] = n.number;
         }
-        for (const std::uint32_t c : pieces.folded_charts) {
+        for (const std::uint32_t c : pieces.singular_charts) {
           charts.chart_singular[c] = 1;
         }
       });
@@ -111,6 +113,14 @@ ChartChunks load_pieces(Store& store, const ChartLayout& layout, TileId tile) {
                           read(store, fields::kForeignPiece, other)});
   }
   return out;
+}
+
+void erase_pieces(Store& store) {
+  for (const std::string_view name :
+       {fields::kOwnPieceVertex.name, fields::kOwnPiece.name, fields::kForeignPieceVertex.name,
+        fields::kForeignPiece.name}) {
+    store.erase(name);
+  }
 }
 
 std::vector<ChartMesh> assemble_charts(const ChartChunks& pieces, const ChartLayout& layout,

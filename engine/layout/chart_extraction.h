@@ -91,6 +91,9 @@ struct ChartChunks {
 };
 ChartChunks load_pieces(Store& store, const ChartLayout& layout, TileId tile);
 
+/// Once all charts are parameterized, their pieces are of no more use.
+void erase_pieces(Store& store);
+
 /// The charts of a home tile, ascending.
 std::vector<ChartMesh> assemble_charts(const ChartChunks& pieces, const ChartLayout& layout,
                                        TileId tile, bool has_colours);

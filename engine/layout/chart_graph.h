@@ -51,7 +51,7 @@ struct ChartGraph {
   /// a chart begins where the first dart does.
   std::vector<std::uint32_t> ring_begin{0};
   std::vector<std::uint32_t> ring_darts;
-  std::vector<std::uint8_t> chart_singular;  ///< one a chart: a singular triangle meets it
+  std::vector<std::uint8_t> chart_singular;  ///< one a chart: there is a singularity in it
 
   std::uint32_t chart_count() const { return static_cast<std::uint32_t>(ring_begin.size() - 1); }
   std::span<const std::uint32_t> ring(std::uint32_t chart) const {

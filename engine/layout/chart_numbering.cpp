@@ -46,7 +46,7 @@ class Numbering {
         std::uint32_t& root = o.chart_of_face[k_.faces.find(f)];
         if (root == kNone) {
           root = charts++;
-          o.graph.chart_singular.push_back(k_.singular[k_.faces.find(f)]);
+          o.graph.chart_singular.push_back(0);
         }
         o.chart_of_face[f] = root;
       }

@@ -30,7 +30,8 @@ struct RimPiece {
 };
 
 struct ChartNumbering {
-  /// Complete but for the numbers of nodes that are no scan vertices.
+  /// Complete but for the numbers of nodes that are no scan vertices, and which charts are
+  /// singular.
   ChartGraph graph;
   std::vector<PointKey> node_key;  ///< ascending
   /// One a face of the tiles' graphs (tile t's from face_base[t] on).

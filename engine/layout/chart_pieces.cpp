@@ -46,9 +46,10 @@ class Cutter {
           p->triangles.begin(), p->triangles.end(),
           [](const PieceTriangle& x, const PieceTriangle& y) { return x.chart < y.chart; });
     }
-    std::sort(out_.folded_charts.begin(), out_.folded_charts.end());
-    out_.folded_charts.erase(std::unique(out_.folded_charts.begin(), out_.folded_charts.end()),
-                             out_.folded_charts.end());
+    std::sort(out_.singular_charts.begin(), out_.singular_charts.end());
+    out_.singular_charts.erase(
+        std::unique(out_.singular_charts.begin(), out_.singular_charts.end()),
+        out_.singular_charts.end());
     return std::move(out_);
   }
 
@@ -216,8 +217,11 @@ class Cutter {
 
   struct Corner {
     std::uint32_t entity = 0;
-    Vec2d place;                             // barycentric
-    std::array<double, 2> coordinate{0, 0};  // periods
+    Vec2d place;  // barycentric
+    // Periods, in the triangle's gauge; of edge points of open triangles in that of the edge's
+    // lower vertex.
+    std::array<double, 2> coordinate{0, 0};
+    std::uint32_t side = 3;  // of an edge point
   };
   struct Side {
     std::uint32_t cell, from, to;  // from and to: entities
@@ -246,6 +250,8 @@ class Cutter {
                           (whole_[1][1] - whole_[0][1]) * (whole_[2][0] - whole_[0][0]);
       flags_ = area > 0.0 ? 0 : kFoldedPiece;
     }
+    cell_flags_ = flags_;
+    cell_turn_ = turn_;
     set_plane(v);
     sides_.clear();
     for (std::uint32_t k = 0; k < 3; ++k) {
@@ -368,7 +374,7 @@ class Cutter {
       const double u = forward ? t : 1.0 - t;
       const Vec2d place = k == 0 ? Vec2d(u, 0.0) : k == 1 ? Vec2d(1.0 - u, u) : Vec2d(0.0, 1.0 - u);
       corners_.push_back({static_cast<std::uint32_t>(c_.ids.size()) + p, place,
-                          flags_ == 0 || flags_ == kFoldedPiece ? carry(lift_[k], x) : x});
+                          flags_ == kOpenPiece ? x : carry(lift_[k], x), k});
     }
   }
 
@@ -506,6 +512,9 @@ class Cutter {
       ensure(at < last, "a cell's sides close");
     }
     ensure(n >= 3 && at == first, "a cell is a polygon");
+    if (flags_ == kOpenPiece) {
+      find_cell_gauge();
+    }
     polygon_.clear();
     for (const Side& s : ring_) {
       const Corner& c = corner(s.from);
@@ -519,8 +528,8 @@ class Cutter {
     const bool own = chart >= n_.chart_begin[id_];
     ChartPieces& pieces = own ? out_.own : out_.foreign;
     std::vector<std::uint32_t>& index = own ? index_ : foreign_index_;
-    if ((flags_ & kFoldedPiece) != 0) {
-      out_.folded_charts.push_back(chart);
+    if ((cell_flags_ & kSingularPiece) != 0) {
+      out_.singular_charts.push_back(chart);
     }
     double area = 0.0;
     for (std::size_t i = 0; i < n; ++i) {
@@ -532,23 +541,118 @@ class Cutter {
     for (const auto& corners : cut_) {
       PieceTriangle t;
       t.chart = chart;
-      t.flags = flags_;
+      t.flags = cell_flags_;
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t i = corners[k];
         const std::uint32_t j = corners[(k + 1) % 3];
         const Corner& c = corner(ring_[i].from);
         t.vertex[k] = vertex(pieces, index, c.entity);
-        t.coordinate[k] = {static_cast<float>(c.coordinate[0]),
-                           static_cast<float>(c.coordinate[1])};
+        const std::array<double, 2> x = flags_ == kOpenPiece ? cell_coordinates_[i] : c.coordinate;
+        t.coordinate[k] = {static_cast<float>(x[0]), static_cast<float>(x[1])};
         if (j == (i + 1) % n) {
           t.dart[k] = ring_[i].dart;
           if (ring_[i].scan_side != kInnerSide) {
-            t.turn[k] = turn_[ring_[i].scan_side];
+            t.turn[k] = cell_turn_[ring_[i].scan_side];
           }
         }
       }
       pieces.triangles.push_back(t);
     }
+  }
+
+  // ---- cells of open triangles ----
+
+  /// Where a cell lies around one corner of an open triangle, it has coordinates in that corner's
+  /// gauge: lines beside it are joined around that corner. What is left of the triangle, with the
+  /// ends of lines that find no partner, holds the singularity.
+  void find_cell_gauge() {
+    cell_flags_ = kOpenPiece;
+    cell_turn_ = {kNoTurn, kNoTurn, kNoTurn};
+    cell_coordinates_.assign(ring_.size(), {0.0, 0.0});
+    std::uint32_t sides = 0;
+    for (std::size_t i = 0; i < ring_.size(); ++i) {
+      const Side& s = ring_[i];
+      if (s.scan_side == kInnerSide) {
+        continue;
+      }
+      sides |= 1U << s.scan_side;
+      if (s.scan_side == ring_[(i + 1) % ring_.size()].scan_side) {
+        return;  // a line ends between the two pieces
+      }
+    }
+    if (sides == 0 || sides == 7) {
+      return;
+    }
+    std::uint32_t k = 0;
+    while ((sides & (1U << k)) == 0 || (sides & (1U << ((k + 2) % 3))) != 0) {
+      ++k;  // the first of its sides, counter-clockwise
+    }
+    // Two sides meet at the end of the first; of one alone either end would do.
+    const std::uint32_t centre = (sides & (1U << ((k + 1) % 3))) != 0 ? (k + 1) % 3 : k;
+    const std::uint32_t out = centre;
+    const std::uint32_t in = (centre + 2) % 3;
+    std::array<EdgeTransport, 3> gauge{};  // of corners, to that of the centre
+    gauge[(centre + 1) % 3] = c_.side_transport(3 * triangle_ + out);
+    gauge[in] = inverse(c_.side_transport(3 * triangle_ + in));
+    std::array<EdgeTransport, 3> lift{};  // of sides' lower vertices
+    for (const std::uint32_t side : {out, in}) {
+      const bool forward =
+          c_.edges[c_.side_edge[3 * triangle_ + side]].left == 3 * triangle_ + side;
+      lift[side] = gauge[forward ? side : (side + 1) % 3];
+    }
+    for (std::size_t i = 0; i < ring_.size(); ++i) {
+      if (!cell_coordinate(ring_[i].from, in, out, gauge, lift, cell_coordinates_[i])) {
+        return;
+      }
+    }
+    double area = 0.0;
+    for (std::size_t i = 0; i < ring_.size(); ++i) {
+      const auto& p = cell_coordinates_[i];
+      const auto& q = cell_coordinates_[(i + 1) % ring_.size()];
+      area += p[0] * q[1] - p[1] * q[0];
+    }
+    cell_flags_ = area > 0.0 ? kPartialPiece : kFoldedPiece;
+    cell_turn_[out] = static_cast<std::uint8_t>(lift[out].r);
+    cell_turn_[in] = static_cast<std::uint8_t>(lift[in].r);
+  }
+
+  bool cell_coordinate(std::uint32_t entity, std::uint32_t in, std::uint32_t out,
+                       const std::array<EdgeTransport, 3>& gauge,
+                       const std::array<EdgeTransport, 3>& lift, std::array<double, 2>& x) const {
+    const Corner& c = corner(entity);
+    if (entity < c_.ids.size()) {
+      for (std::uint32_t k = 0; k < 3; ++k) {
+        if (mesh_.triangles[triangle_][k] == entity) {
+          x = carry(gauge[k], level(entity));
+        }
+      }
+      return true;
+    }
+    if (c.side != 3) {
+      x = carry(lift[c.side], c.coordinate);
+      return c.side == in || c.side == out;
+    }
+    // A crossing: each of its lines has an end on one of the two sides.
+    const std::uint32_t crossing =
+        entity - static_cast<std::uint32_t>(c_.ids.size() + number_.size());
+    std::uint32_t known = 0;
+    for (const std::uint32_t first : a_.crossings[crossing].darts) {
+      std::uint32_t d = first;
+      while ((a_.end(d) & kCrossingTag) != 0) {
+        d = opposite(a_.end(d) & ~kTagMask, d ^ 1U);
+      }
+      const std::uint32_t p = a_.end(d);
+      if ((p & kVertexTag) != 0) {
+        continue;
+      }
+      const Corner& end = corner(this->entity(p));
+      if (end.side == in || end.side == out) {
+        const std::size_t f = (a_.point_kind[p] & 1U) ^ (lift[end.side].r & 1U);
+        x[f] = carry(lift[end.side], end.coordinate)[f];
+        known |= 1U << f;
+      }
+    }
+    return known == 3;
   }
 
   std::uint32_t vertex(ChartPieces& pieces, std::vector<std::uint32_t>& index,
@@ -593,6 +697,10 @@ class Cutter {
   std::array<Vec2d, 2> axis_;
   std::vector<Corner> corners_;
   std::vector<Side> sides_, ring_;
+  // Of the cell at hand:
+  std::uint8_t cell_flags_ = 0;
+  std::array<std::uint8_t, 3> cell_turn_{};
+  std::vector<std::array<double, 2>> cell_coordinates_;  // one a corner, of open triangles
   std::vector<Vec2d> polygon_;
   std::vector<std::pair<std::uint32_t, double>> shares_;  // of charts in the triangle
   std::vector<std::array<std::uint32_t, 3>> cut_;

@@ -28,7 +28,11 @@ struct PieceVertex {
 /// A side within a scan triangle, as a turn.
 inline constexpr std::uint8_t kNoTurn = 0xff;
 inline constexpr std::uint8_t kOpenPiece = 1;  ///< its scan triangle has no consistent coordinates
+/// It has coordinates, but its triangle has none as a whole: other pieces may see them differently.
+inline constexpr std::uint8_t kPartialPiece = 4;
 inline constexpr std::uint8_t kFoldedPiece = 2;  ///< its scan triangle is folded over in the plane
+
+inline constexpr std::uint8_t kSingularPiece = kOpenPiece | kFoldedPiece;
 
 /// Side k runs from corner k to the next.
 struct PieceTriangle {
@@ -39,7 +43,7 @@ struct PieceTriangle {
   std::array<std::uint8_t, 3> turn{kNoTurn, kNoTurn, kNoTurn};
   std::array<std::uint32_t, 3> vertex{};                   ///< of the chunk
   std::array<std::uint32_t, 3> dart{kNone, kNone, kNone};  ///< with the chart on its left
-  /// (theta, phi) in periods, in the scan triangle's gauge.
+  /// (theta, phi) in periods, in one gauge for the whole triangle.
   std::array<std::array<float, 2>, 3> coordinate{};
 };
 
@@ -54,12 +58,12 @@ struct NumberedNode {
 };
 
 struct TilePieces {
-  ChartPieces own;                            ///< of charts whose home the tile is
-  ChartPieces foreign;                        ///< of other charts
-  std::vector<PieceVertex> points;            ///< those that the tile numbers, in order
-  std::vector<NumberedNode> nodes;            ///< among them
-  std::vector<std::uint32_t> triangle_chart;  ///< one an owned triangle: that of most of its area
-  std::vector<std::uint32_t> folded_charts;   ///< ascending: a folded triangle meets them
+  ChartPieces own;                             ///< of charts whose home the tile is
+  ChartPieces foreign;                         ///< of other charts
+  std::vector<PieceVertex> points;             ///< those that the tile numbers, in order
+  std::vector<NumberedNode> nodes;             ///< among them
+  std::vector<std::uint32_t> triangle_chart;   ///< one an owned triangle: that of most of its area
+  std::vector<std::uint32_t> singular_charts;  ///< ascending: with a singularity in them
 };
 
 /// `colours`: one a local vertex, or empty.

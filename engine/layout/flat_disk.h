@@ -77,7 +77,7 @@ void split_chords(FlatDisk& disk, Chords which);
 
 /// Moves inside vertices, one at a time, away from the folded and thin triangles around them: no
 /// further than gives twice the floor, where this can be. Returns how many were moved. What it
-/// leaves thin is never thinner than before.
+/// leaves thin is never thinner than before. Does nothing where much of the map is thin.
 std::uint32_t nudge_thin(FlatDisk& disk);
 
 }  // namespace rattan::layout

@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string_view>
 #include <utility>
 
 #include "engine/core/archive.h"
 #include "engine/core/errors.h"
+#include "engine/layout/relax.h"
 
 namespace rattan {
 
@@ -185,12 +187,45 @@ std::vector<FlatChart> unpack_charts(const ChunkBytes& bytes) {
   return charts;
 }
 
+void relax_once(Store& store, const ScanMesh& mesh, const ChartLayout& layout,
+                StrandRelaxation& relaxation, TaskGraph& tasks) {
+  struct State {
+    ChartChunks chunks;
+    std::vector<StrandWish> wishes;
+  };
+  const FlattenOptions options{relaxation.given()};
+  run_pass<State>(
+      tasks, "relax", mesh.layout.tile_count(),
+      [&](TileId tile, State& s) { s.chunks = load_pieces(store, layout, tile); },
+      [&](TileId tile, State& s) {
+        for (ChartMesh& m : assemble_charts(s.chunks, layout, tile, false)) {
+          if (relaxation.touches(m.chart)) {
+            for (StrandWish& w :
+                 rim_wishes(flatten_chart(std::move(m), layout.graph, options), layout.graph)) {
+              s.wishes.push_back(std::move(w));
+            }
+          }
+        }
+        s.chunks = {};
+      },
+      [&](TileId, State& s) { relaxation.add(s.wishes); });
+  relaxation.end_round();
+}
+
 }  // namespace
 
 FlatLayout flatten_layout(Store& store, const ScanMesh& mesh, const ChartLayout& layout,
-                          const FlattenOptions& options, double omega, TaskGraph& tasks,
-                          DistortionSums& sums) {
+                          double omega, int relax, TaskGraph& tasks, DistortionSums& sums) {
   const ChartGraph& g = layout.graph;
+  std::optional<StrandRelaxation> relaxation;
+  FlattenOptions options;
+  if (relax > 0) {
+    relaxation.emplace(g);
+    for (int round = 0; round < relax; ++round) {
+      relax_once(store, mesh, layout, *relaxation, tasks);
+    }
+    options.given = relaxation->given();
+  }
   FlatLayout out;
   out.unit = omega / g.units;
   out.size.units = g.units;

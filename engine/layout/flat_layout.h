@@ -64,10 +64,10 @@ void members_of(A& a, FlatLayout& l) {
 }
 
 /// Parameterizes every chart, tile by tile, and writes fields "layout/flat". `omega`: chart side, a
-/// length. `sums`: distortion over the surface.
+/// length. `relax`: rounds of relaxation across strands, a pass over the charts each. `sums`:
+/// distortion over the surface.
 FlatLayout flatten_layout(Store& store, const ScanMesh& mesh, const ChartLayout& layout,
-                          const FlattenOptions& options, double omega, TaskGraph& tasks,
-                          DistortionSums& sums);
+                          double omega, int relax, TaskGraph& tasks, DistortionSums& sums);
 
 /// The charts of a home tile as flatten_layout left them, in ascending order.
 std::vector<FlatChart> load_flat_charts(Store& store, TileId tile);

@@ -121,12 +121,15 @@ void flatten_whole(FlatChart& chart, const ChartMesh& mesh, const std::vector<Ri
 std::vector<double> spoke_parameters(const SplitDisk& split,
                                      const std::vector<std::uint32_t>& spoke) {
   std::vector<Vec3d> position;
+  position.reserve(spoke.size());
   for (const std::uint32_t v : spoke) {
     position.push_back(split.position[v]);
   }
   const std::vector<double> no_steps(spoke.size() - 1, -1.0);
   std::vector<double> at;
-  for (const StrandPoint& p : layout::strand_parameters(position, no_steps, 1, 1)) {
+  at.reserve(spoke.size());
+  for (const StrandPoint& p :
+       layout::strand_parameters(position, no_steps, 1, 1, {}, layout::kLeastSpokeGap)) {
     at.push_back(p.at);
   }
   return at;

@@ -20,16 +20,6 @@ constexpr double kLeastArea = 1e-24;
 /// What each triangle weighs in the stretch around a vertex at least, in parts of the mean area.
 constexpr double kLeastShare = 1e-6;
 
-/// tan of half the angle between two edges that leave a corner.
-double half_tangent(const Vec3d& a, const Vec3d& b) {
-  const double across = a.cross(b).norm();
-  const double along = a.norm() * b.norm() + a.dot(b);
-  if (!(along > 0)) {
-    return across > 0 ? kMostTangent : 1.0;
-  }
-  return std::clamp(across / along, kLeastTangent, kMostTangent);
-}
-
 /// Mean square of the singular values of the way from a flat triangle to one of the surface, whose
 /// area is given.
 double squared_stretch(const FlatDisk& disk, const std::array<std::uint32_t, 3>& c, double area) {
@@ -61,6 +51,19 @@ double area_of(const FlatDisk& disk, const std::array<std::uint32_t, 3>& c) {
 }
 
 }  // namespace
+
+double half_tangent(const Vec3d& a, const Vec3d& b) {
+  const double across = a.cross(b).norm();
+  const double along = a.norm() * b.norm() + a.dot(b);
+  if (!(along > 0)) {
+    return across > 0 ? kMostTangent : 1.0;
+  }
+  return std::clamp(across / along, kLeastTangent, kMostTangent);
+}
+
+double relative_length(const Vec3d& edge, double longest) {
+  return longest > 0 ? std::max(edge.norm() / longest, kLeastLength) : 1.0;
+}
 
 double mean_stretch(const FlatDisk& disk) {
   double sum = 0;
@@ -124,9 +127,7 @@ ConvexMap::ConvexMap(const FlatDisk& disk) {
           ++i;
         }
         ensure(i < begin_[r + 1], "Triangles close around an inside vertex");
-        const double length =
-            longest[r] > 0 ? std::max(edge[e].norm() / longest[r], kLeastLength) : 1.0;
-        weight_[i] += tangent / length;
+        weight_[i] += tangent / relative_length(edge[e], longest[r]);
       }
     }
   }

@@ -14,6 +14,12 @@
 
 namespace rattan::layout {
 
+/// The parts of a mean value weight: tan of half the angle between two edges that leave a vertex,
+/// and an edge's length in parts of the longest there. Within bounds, so that triangles without
+/// area do no harm.
+double half_tangent(const Vec3d& a, const Vec3d& b);
+double relative_length(const Vec3d& edge, double longest);
+
 /// What stretch is measured against.
 enum class Reference : std::uint8_t {
   kSurface,      ///< the triangles on the surface
@@ -23,8 +29,7 @@ enum class Reference : std::uint8_t {
 class ConvexMap {
  public:
   /// Mean value weights, (tan(a / 2) + tan(b / 2)) / length with the angles beside the edge
-  /// (Floater 2003). Tangents and lengths are held within bounds, so that triangles without area do
-  /// no harm.
+  /// (Floater 2003).
   explicit ConvexMap(const FlatDisk& disk);
 
   /// Equal weights instead.

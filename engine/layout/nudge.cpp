@@ -8,6 +8,13 @@ namespace {
 /// What is asked of a star's triangles when one is too thin; one that has it is left alone.
 constexpr double kWanted = 2 * kLeastThickness;
 constexpr int kPasses = 30;
+/// Room is made around so many triangles at most; where more are thin, the whole map is bad.
+constexpr std::size_t kMostWithRoom = 64;
+/// And nothing is moved where more than so many are thin, or this share of all.
+constexpr std::size_t kMostThin = 64;
+constexpr std::size_t kMostThinShare = 8;
+/// Passes that may leave as many thin triangles as there were before.
+constexpr int kFruitless = 3;
 /// Passes that move no further than needed; later ones look for all the room there is.
 constexpr int kShyPasses = 6;
 /// Thicknesses tried for the roomiest place: from far below the floor by doubling, then finer.
@@ -114,7 +121,7 @@ class Nudger {
           any = move(v, shy) || any;
         }
       }
-      if (!shy && thickness(disk_, t) < kLeastThickness) {
+      if (!shy && bad.size() <= kMostWithRoom && thickness(disk_, t) < kLeastThickness) {
         any = make_room(t) || any;
       }
     }
@@ -219,16 +226,24 @@ std::uint32_t nudge_thin(FlatDisk& disk) {
     }
     return !bad.empty();
   };
-  if (!find_bad()) {
+  if (!find_bad() || bad.size() > std::max(kMostThin, disk.triangle.size() / kMostThinShare)) {
     return 0;
   }
   Nudger nudger(disk);
   int fruitless = 0;
-  for (int pass = 0; pass < kPasses && fruitless < 2; ++pass) {
-    const bool shy = pass < kShyPasses;
-    fruitless = nudger.pass(bad, shy) ? 0 : fruitless + 1;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    const std::size_t before = bad.size();
+    const bool any = nudger.pass(bad, pass < kShyPasses);
     if (!find_bad()) {
       break;
+    }
+    fruitless = bad.size() < before ? 0 : fruitless + 1;
+    if ((!any || fruitless >= kFruitless) && pass >= kShyPasses) {
+      break;
+    }
+    if (!any || fruitless >= kFruitless) {
+      pass = kShyPasses - 1;
+      fruitless = 0;
     }
   }
   return nudger.moved();

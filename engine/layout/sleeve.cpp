@@ -14,8 +14,10 @@ namespace rattan::layout {
 
 namespace {
 
-/// Of an edge: how far paths keep off a wall.
-constexpr double kClear = 0.1;
+/// Of an edge: how far paths keep off a wall at its end, and off walls at both. Bundles of paths
+/// around one corner get narrower by this factor with each.
+constexpr double kClear = 0.2;
+constexpr double kClearBetween = 0.25;
 
 double cross(const Vec2d& a, const Vec2d& b) {
   return a.x() * b.y() - a.y() * b.x();
@@ -93,8 +95,10 @@ void SleevePaths::tidy(Sleeve& s) {
 void SleevePaths::open_gates(Sleeve& s) const {
   s.gate.resize(s.crossed.size());
   for (std::size_t i = 0; i < s.crossed.size(); ++i) {
-    s.gate[i] = {mesh_->is_wall(mesh_->from_vertex_handle(s.crossed[i])) ? kClear : 0.0,
-                 mesh_->is_wall(mesh_->to_vertex_handle(s.crossed[i])) ? 1.0 - kClear : 1.0};
+    const bool from = mesh_->is_wall(mesh_->from_vertex_handle(s.crossed[i]));
+    const bool to = mesh_->is_wall(mesh_->to_vertex_handle(s.crossed[i]));
+    const double clear = from && to ? kClearBetween : kClear;
+    s.gate[i] = {from ? clear : 0.0, to ? 1.0 - clear : 1.0};
   }
 }
 

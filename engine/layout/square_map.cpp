@@ -12,10 +12,12 @@ namespace {
 /// Reweighting stops where it gains less than this share of the stretch, or after so many times.
 constexpr double kLeastGain = 0.01;
 constexpr int kReweights = 8;
-/// While triangles are below the floor it goes on.
+/// Where triangles are below the floor it goes on while that leaves fewer of them, but for so many
+/// times in between.
 constexpr int kMoreReweights = 40;
+constexpr int kFruitless = 6;
 /// Rim movements below, in units, are left to the triangles at the rim.
-constexpr double kSmallMove = 1.0 / 64;
+constexpr double kSmallMove = 1.0 / 256;
 
 struct Candidate {
   std::vector<Vec2d> uv;
@@ -31,32 +33,47 @@ std::uint32_t count_folded(const FlatDisk& disk) {
   return count;
 }
 
-/// Reweights from weights that are set. Leaves the map of least stretch, or, if `thin_too`, the one
-/// with fewest thin triangles and of these the one of least stretch.
-void solve_and_reweight(FlatDisk& disk, ConvexMap& map, bool thin_too,
-                        Reference reference = Reference::kSurface) {
+/// Reweights from weights that are set and leaves the map of least stretch.
+void lower_stretch(FlatDisk& disk, ConvexMap& map) {
   ensure(map.solve(disk.uv), "A convex combination map has a solution");
   double stretch = mean_stretch(disk);
-  std::uint32_t thin = thin_too ? count_thin(disk) : 0;
   std::vector<Vec2d> best = disk.uv;
-  double before = stretch;
-  const int most = thin_too ? kMoreReweights : kReweights;
-  for (int i = 0; i < most && (!thin_too || thin > 0 || i < kReweights); ++i) {
-    map.reweight(disk, reference);
+  for (int i = 0; i < kReweights; ++i) {
+    map.reweight(disk, Reference::kSurface);
     if (!map.solve(disk.uv)) {
       break;
     }
     const double now = mean_stretch(disk);
-    const std::uint32_t now_thin = thin_too ? count_thin(disk) : 0;
-    if (now_thin < thin || (now_thin == thin && now < stretch)) {
-      thin = now_thin;
+    const bool goes_on = now < (1 - kLeastGain) * stretch;
+    if (now < stretch) {
       stretch = now;
       best = disk.uv;
     }
-    if (!thin_too && !(now < (1 - kLeastGain) * before)) {
+    if (!goes_on) {
       break;
     }
-    before = now;
+  }
+  disk.uv.swap(best);
+}
+
+/// Likewise, and leaves the first map without thin triangles, else that with the fewest.
+void thicken(FlatDisk& disk, ConvexMap& map, Reference reference) {
+  ensure(map.solve(disk.uv), "A convex combination map has a solution");
+  std::uint32_t thin = count_thin(disk);
+  std::vector<Vec2d> best = disk.uv;
+  int fruitless = 0;
+  for (int i = 0; i < kMoreReweights && thin > 0 && fruitless < kFruitless; ++i) {
+    map.reweight(disk, reference);
+    if (!map.solve(disk.uv)) {
+      break;
+    }
+    const std::uint32_t now = count_thin(disk);
+    ++fruitless;
+    if (now < thin) {
+      thin = now;
+      best = disk.uv;
+      fruitless = 0;
+    }
   }
   disk.uv.swap(best);
 }
@@ -80,7 +97,7 @@ MapReport map_to_square(FlatDisk& disk) {
   split_chords(disk, Chords::kNeeded);
   {
     ConvexMap map(disk);
-    solve_and_reweight(disk, map, false);
+    lower_stretch(disk, map);
   }
   Candidate best = nudged(disk);
   if (best.report.thin == 0) {
@@ -88,16 +105,15 @@ MapReport map_to_square(FlatDisk& disk) {
   }
   split_chords(disk, Chords::kAll);
   best.folded = std::numeric_limits<std::uint32_t>::max();
-  best.uv = disk.uv;
   ConvexMap map(disk);
-  for (const bool equal : {false, true}) {
-    if (equal) {
+  for (const Reference reference : {Reference::kSurface, Reference::kEquilateral}) {
+    if (reference == Reference::kEquilateral) {
       map.use_equal_weights();
     }
-    solve_and_reweight(disk, map, true, equal ? Reference::kEquilateral : Reference::kSurface);
-    const Candidate c = nudged(disk);
+    thicken(disk, map, reference);
+    Candidate c = nudged(disk);
     if (better(c, best)) {
-      best = c;
+      best = std::move(c);
     }
     if (best.report.thin == 0) {
       break;

@@ -13,6 +13,13 @@
 
 namespace rattan {
 
+// Member by member, since between them there is padding.
+template <class A>
+void members_of(A& a, CoarsePart& c) {
+  a(c.done);
+  a(c.setup_passes);
+}
+
 namespace {
 
 // Below 1 / (1000 edges) curvature is noise: planes get no say in the field.
@@ -172,6 +179,7 @@ void smooth_field(Store& store, const ScanMesh& mesh, SurfaceField& field, TaskG
   smoothing.align_boundary = options.align_boundary;
   smoothing.features = field.features.get();
   smoothing.pin = options.pin_features;
+  smoothing.pin_boundary = options.pin_boundary;
   Steps& steps = tasks.steps();
   steps.run("smoothing system", [&] {
     BorderGauges<ComplexBlock> gauges(*field.hierarchy);

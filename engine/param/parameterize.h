@@ -39,6 +39,8 @@ struct FieldOptions {
   FeatureOptions features;
   /// Along features one coordinate is an integer line.
   bool pin_features = true;
+  /// Without that: along boundary loops alone.
+  bool pin_boundary = false;
   /// Power of the curl correction: 0 none, 1 full (PGP 4.1).
   double curl_power = 0.2;
   /// Geometric mean of its scales; without it their mean square is 1 (see CurlOptions).

@@ -104,7 +104,7 @@ class VtkHdfWriter::File {
                                   : create("/VTKHDF/CellData/", array, triangles_);
   }
 
-  void write_field(const std::string& name, hid_t type, std::vector<hsize_t> extent,
+  void write_field(const std::string& name, hid_t type, const std::vector<hsize_t>& extent,
                    const void* values) {
     const Session session;
     write_small("/VTKHDF/FieldData/" + name, type, extent, values);
@@ -115,6 +115,7 @@ class VtkHdfWriter::File {
     const Handle type(H5Tcopy(H5T_C_S1));
     H5Tset_size(type.get(), H5T_VARIABLE);
     std::vector<const char*> pointers;
+    pointers.reserve(texts.size());
     for (const std::string& text : texts) {
       pointers.push_back(text.c_str());
     }

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "engine/core/errors.h"
@@ -157,48 +158,58 @@ class Baker {
     texels_ = 0;
   }
 
-  // The triangle of each texel of a band, by how deep in it the texel's centre lies.
+  /// The triangle of each texel of a band, by how deep in it the texel's centre lies.
   struct Cover {
     std::vector<std::uint32_t> triangle;
     std::vector<double> depth;
   };
 
-  void cover(const BakePart& part, const Band& band, double reach, bool gaps_only,
-             Cover& out) const {
+  // f(centre, position in the band) for the band's texels in the triangle's box, widened by reach.
+  template <class F>
+  static void for_texels(const BakePart& part, std::uint32_t t, const Band& band, double reach,
+                         const F& f) {
     const std::uint32_t width = part.place.side + 1;
-    const double x_last = width - 1.0;
-    const double y_first = band.y_begin;
-    const double y_last = band.y_end - 1.0;
+    const auto& c = part.triangle[t];
+    const Vec2d& p = part.texel[c[0]];
+    const Vec2d& q = part.texel[c[1]];
+    const Vec2d& r = part.texel[c[2]];
+    const Vec2d from(part.place.x, band.y_begin);
+    const Vec2d to(part.place.x + part.place.side, band.y_end - 1.0);
+    const Vec2d lo = p.cwiseMin(q).cwiseMin(r) - Vec2d::Constant(reach);
+    const Vec2d hi = p.cwiseMax(q).cwiseMax(r) + Vec2d::Constant(reach);
+    const double y_last = std::min(hi.y(), to.y());
+    const double x_last = std::min(hi.x(), to.x());
+    const double x_first = std::max(std::ceil(lo.x()), from.x());
+    for (double y = std::max(std::ceil(lo.y()), from.y()); y <= y_last; y += 1.0) {
+      const std::size_t row = static_cast<std::size_t>(y - from.y()) * width;
+      for (double x = x_first; x <= x_last; x += 1.0) {
+        f(Vec2d(x, y), row + static_cast<std::size_t>(x - from.x()));
+      }
+    }
+  }
+
+  static FlatTriangle flat(const BakePart& part, std::uint32_t t) {
+    const auto& c = part.triangle[t];
+    return {part.texel[c[0]], part.texel[c[1]], part.texel[c[2]]};
+  }
+
+  static void cover(const BakePart& part, const Band& band, double reach, bool gaps_only,
+                    Cover& out) {
     for (std::uint32_t t = 0; t < part.triangle.size(); ++t) {
-      const auto& c = part.triangle[t];
-      const Vec2d& p = part.texel[c[0]];
-      const Vec2d& q = part.texel[c[1]];
-      const Vec2d& r = part.texel[c[2]];
-      const double y_lo = std::max(std::ceil(std::min({p.y(), q.y(), r.y()}) - reach), y_first);
-      const double y_hi = std::min(std::floor(std::max({p.y(), q.y(), r.y()}) + reach), y_last);
-      const double left = part.place.x;
-      const double x_lo = std::max(std::ceil(std::min({p.x(), q.x(), r.x()}) - left - reach), 0.0);
-      const double x_hi =
-          std::min(std::floor(std::max({p.x(), q.x(), r.x()}) - left + reach), x_last);
-      if (!(y_lo <= y_hi && x_lo <= x_hi)) {
-        continue;
-      }
-      const FlatTriangle flat(p, q, r);
-      if (!flat.valid()) {
-        continue;
-      }
-      for (auto y = static_cast<std::uint32_t>(y_lo); y <= static_cast<std::uint32_t>(y_hi); ++y) {
-        for (auto x = static_cast<std::uint32_t>(x_lo); x <= static_cast<std::uint32_t>(x_hi);
-             ++x) {
-          const double depth = flat.depth(flat.shares(Vec2d(left + x, y)));
-          const std::size_t i = std::size_t{y - band.y_begin} * width + x;
-          if (depth >= -reach && depth > out.depth[i] &&
-              !(gaps_only && out.depth[i] >= -kRounding)) {
-            out.depth[i] = depth;
-            out.triangle[i] = t;
-          }
+      std::optional<FlatTriangle> corners;
+      for_texels(part, t, band, reach, [&](const Vec2d& at, std::size_t i) {
+        if (!corners) {
+          corners = flat(part, t);
         }
-      }
+        if (!corners->valid() || (gaps_only && out.depth[i] >= -kRounding)) {
+          return;
+        }
+        const double depth = corners->depth(corners->shares(at));
+        if (depth >= -reach && depth > out.depth[i]) {
+          out.depth[i] = depth;
+          out.triangle[i] = t;
+        }
+      });
     }
   }
 
@@ -207,33 +218,49 @@ class Baker {
     const AtlasPart& place = part.place;
     const std::uint32_t width = place.side + 1;
     const std::size_t count = std::size_t{width} * (band.y_end - band.y_begin);
+    constexpr double kOutside = -std::numeric_limits<double>::infinity();
     BandResult result;
     Cover covered{std::vector<std::uint32_t>(count, kNothing),
-                  std::vector<double>(count, -std::numeric_limits<double>::infinity())};
+                  std::vector<double>(count, kOutside)};
     cover(part, band, kRounding, false, covered);
     result.uncovered = static_cast<std::uint64_t>(
         std::count(covered.triangle.begin(), covered.triangle.end(), kNothing));
+    const double reach = result.uncovered > 0 ? kReach : kRounding;
     if (result.uncovered > 0) {
       cover(part, band, kReach, true, covered);
-      fill_gaps(width, covered.triangle);
     }
     Lookup lookup;
-    if (texture_ != nullptr) {
-      lookup.source.assign(part.triangle.size(), kNothing);
+    for (std::uint32_t t = 0; t < part.triangle.size(); ++t) {
+      std::optional<Brush> brush;
+      for_texels(part, t, band, reach, [&](const Vec2d& at, std::size_t i) {
+        if (covered.triangle[i] == t) {
+          if (!brush) {
+            brush = brush_of(part, t, lookup);
+          }
+          texel(at) = paint(*brush, at, lookup);
+        }
+      });
     }
+    if (result.uncovered > 0) {
+      fill_gaps(width, covered.triangle);
+      for (std::size_t i = 0; i < count; ++i) {
+        if (covered.depth[i] == kOutside && covered.triangle[i] != kNothing) {
+          const std::size_t row = i / width;
+          const Vec2d at(place.x + static_cast<double>(i % width),
+                         band.y_begin + static_cast<double>(row));
+          texel(at) = paint(brush_of(part, covered.triangle[i], lookup), at, lookup);
+        }
+      }
+    }
+    result.searched = lookup.searched;
     for (std::uint32_t y = band.y_begin; y < band.y_end; ++y) {
-      for (std::uint32_t x = 0; x < width; ++x) {
-        const std::uint32_t t = covered.triangle[std::size_t{y - band.y_begin} * width + x];
-        const Rgb colour =
-            t == kNothing ? Rgb{255, 255, 255} : colour_at(part, t, Vec2d(place.x + x, y), lookup);
-        texel(place.x + x, y) = colour;
+      for (std::uint32_t x = place.x; x <= place.x + place.side; ++x) {
         for (std::size_t k = 0; k < 3; ++k) {
-          result.sum[k] += colour[k];
+          result.sum[k] += texel(x, y)[k];
         }
       }
       fill_margin_beside(place, y);
     }
-    result.searched = lookup.searched;
     fill_margin_beyond(place, band);
     return result;
   }
@@ -259,45 +286,67 @@ class Baker {
     }
   }
 
+  /// What the colours of one triangle come from.
+  struct Brush {
+    FlatTriangle flat;
+    std::array<Vec3d, 3> position;    ///< of its corners
+    std::array<Vec3d, 3> value;       ///< red, green and blue, or texture coordinates
+    std::uint32_t source = kNothing;  ///< the textured triangle that holds all of it
+  };
   struct Lookup {
-    /// One a layout triangle: the textured triangle that holds it, kNothing if not yet asked,
-    /// kNoneHolds if there is none.
-    std::vector<std::uint32_t> source;
     std::uint32_t last = 0;
     std::uint64_t searched = 0;
   };
-  static constexpr std::uint32_t kNoneHolds = kNothing - 1;
 
-  Rgb colour_at(const BakePart& part, std::uint32_t t, const Vec2d& at, Lookup& lookup) const {
+  // Layout triangles are pieces of the scan's own, but where repair made something of its own. The
+  // one at the middle settles it without doubt, where points on edges lie on two triangles that may
+  // be far apart in the picture.
+  Brush brush_of(const BakePart& part, std::uint32_t t, Lookup& lookup) const {
     const auto& c = part.triangle[t];
-    std::array<double, 3> share =
-        FlatTriangle(part.texel[c[0]], part.texel[c[1]], part.texel[c[2]]).shares(at);
+    Brush brush{flat(part, t), {}, {}, kNothing};
+    if (texture_ == nullptr) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Rgba& colour = part.colour[c[k]];
+        brush.value[k] = Vec3d(colour[0], colour[1], colour[2]);
+      }
+      return brush;
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      brush.position[k] = part.position[c[k]];
+    }
+    const Vec3d middle = (brush.position[0] + brush.position[1] + brush.position[2]) / 3.0;
+    const std::uint32_t source = lookup.last = texture_->nearest(middle, lookup.last);
+    if (std::all_of(brush.position.begin(), brush.position.end(),
+                    [&](const Vec3d& p) { return texture_->holds(source, p); })) {
+      brush.source = source;
+      for (std::size_t k = 0; k < 3; ++k) {
+        brush.value[k] << texture_->texture(source, brush.position[k]), 0.0;
+      }
+    }
+    return brush;
+  }
+
+  Rgb paint(const Brush& brush, const Vec2d& at, Lookup& lookup) const {
+    std::array<double, 3> share = brush.flat.shares(at);
     double sum = 0.0;
     for (double& s : share) {
       s = std::max(s, 0.0);
       sum += s;
     }
-    std::array<double, 3> colour{};
+    const auto between = [&](const std::array<Vec3d, 3>& corner) -> Vec3d {
+      return (share[0] * corner[0] + share[1] * corner[1] + share[2] * corner[2]) / sum;
+    };
+    std::array<double, 3> colour;
     if (texture_ == nullptr) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        for (std::size_t i = 0; i < 3; ++i) {
-          colour[k] += share[i] / sum * part.colour[c[i]][k];
-        }
-      }
+      const Vec3d c = between(brush.value);
+      colour = {c.x(), c.y(), c.z()};
+    } else if (brush.source != kNothing) {
+      colour = texture_->colour(brush.source, between(brush.value).head<2>());
     } else {
-      const Vec3d p = (share[0] * part.position[c[0]] + share[1] * part.position[c[1]] +
-                       share[2] * part.position[c[2]]) /
-                      sum;
-      std::uint32_t source = lookup.source[t];
-      if (source == kNothing) {
-        source = lookup.source[t] = holder(part, t, lookup);
-      }
-      if (source == kNoneHolds) {
-        source = texture_->nearest(p, lookup.last);
-        ++lookup.searched;
-      }
-      lookup.last = source;
-      colour = texture_->colour(source, p);
+      const Vec3d p = between(brush.position);
+      lookup.last = texture_->nearest(p, lookup.last);
+      ++lookup.searched;
+      colour = texture_->colour(lookup.last, texture_->texture(lookup.last, p));
     }
     Rgb rounded;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -306,21 +355,9 @@ class Baker {
     return rounded;
   }
 
-  // Layout triangles are pieces of the scan's own, but where repair made something of its own. The
-  // one at the middle settles it without doubt, where points on edges lie on two triangles that may
-  // be far apart in the picture.
-  std::uint32_t holder(const BakePart& part, std::uint32_t t, const Lookup& lookup) const {
-    const auto& c = part.triangle[t];
-    const Vec3d middle = (part.position[c[0]] + part.position[c[1]] + part.position[c[2]]) / 3.0;
-    const std::uint32_t source = texture_->nearest(middle, lookup.last);
-    for (const std::uint32_t corner : c) {
-      if (!texture_->holds(source, part.position[corner])) {
-        return kNoneHolds;
-      }
-    }
-    return source;
+  Rgb& texel(const Vec2d& at) {
+    return texel(static_cast<std::uint32_t>(at.x()), static_cast<std::uint32_t>(at.y()));
   }
-
   Rgb& texel(std::uint32_t x, std::uint32_t y) {
     return baked_.image.at(static_cast<int>(x), static_cast<int>(plan_.size() - 1 - y));
   }

@@ -73,7 +73,7 @@ Collected collect(LayoutSource& source, const RemeshMetadata& metadata,
       }
     });
     audit.end_charts();
-    out.texture = choose_texture_grid(uv, mesh.triangle);
+    out.texture = choose_texture_grid(uv, mesh.triangle, options.texture_bits);
     mesh.uv.reserve(uv.size());
     for (const Vec2d& p : uv) {
       mesh.uv.push_back(out.texture.round(p));

@@ -26,6 +26,10 @@ struct LayoutWriteOptions {
   int position_bits = 0;
   double position_accuracy = 0.0;
   int draco_speed = 3;
+  /// Of a `.drc`: its texture coordinates lie on a grid of 2^-texture_bits of their unit, or a
+  /// finer one; at least 0. In an atlas, AtlasPlan::bits(12), so that charts stay as exact as
+  /// alone.
+  int texture_bits = 12;
   /// For tests: called with the temporary's path before it is read back.
   std::function<void(const std::string&)> before_verify;
 };
@@ -57,7 +61,8 @@ std::uint64_t layout_write_bytes(const std::string& path, std::uint64_t triangle
 ///   numbers read back to the last bit.
 /// - `.ply`: binary; vertices as above; faces with `texcoord` (three pairs; float, or double where
 ///   float would fold a triangle), `chart` and `part` (counted over all charts).
-/// - `.drc`: texture coordinates on a grid of 2^-k of their unit, the coarsest from 2^-12 on where
+/// - `.drc`: texture coordinates on a grid of 2^-k of their unit, the coarsest from 2^-texture_bits
+/// on where
 ///   no triangle folds, so that quarter turns and translations stay exact; the charts as a generic
 ///   attribute named "chart"; the length of a chart side as `chart_units` in the metadata.
 ///

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 
+#include "engine/core/errors.h"
 #include "io/layout/layout_audit.h"
 
 namespace rattan {
@@ -52,7 +53,8 @@ std::array<float, 2> TextureGrid::round(const Vec2d& uv) const {
 }
 
 TextureGrid choose_texture_grid(std::span<const Vec2d> uv,
-                                std::span<const std::array<std::uint32_t, 3>> triangles) {
+                                std::span<const std::array<std::uint32_t, 3>> triangles,
+                                int least_bits) {
   Vec2d low = Vec2d::Zero();
   Vec2d high = Vec2d::Ones();
   for (const Vec2d& p : uv) {
@@ -67,6 +69,7 @@ TextureGrid choose_texture_grid(std::span<const Vec2d> uv,
   if (low.minCoeff() < -1024.0 || high.maxCoeff() > 1024.0) {
     return best;
   }
+  ensure(least_bits >= 0, "A texture grid has whole steps.");
   TextureGrid grid;
   grid.quantised = true;
   for (int k = 0; k < 2; ++k) {
@@ -76,7 +79,7 @@ TextureGrid choose_texture_grid(std::span<const Vec2d> uv,
   for (int k = 0; k < 2; ++k) {
     extent = std::max(extent, static_cast<std::uint32_t>(std::ceil(high[k]) - grid.low[k]));
   }
-  for (grid.fraction_bits = kLeastFractionBits;; ++grid.fraction_bits) {
+  for (grid.fraction_bits = least_bits;; ++grid.fraction_bits) {
     // The upper end of the range must be on the grid too.
     const std::uint64_t largest = std::uint64_t{extent} << grid.fraction_bits;
     if (largest > kMostTextureSteps) {

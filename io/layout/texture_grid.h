@@ -32,11 +32,12 @@ inline constexpr int kLeastFractionBits = 12;
 /// Draco's quantiser adds one half in float32, which is exact up to here.
 inline constexpr std::uint64_t kMostTextureSteps = std::uint64_t{1} << 23;
 
-/// The coarsest grid from kLeastFractionBits on where every triangle is counter-clockwise, judged
-/// in integers; float32 where there is none. If that folds triangles too, whatever folds the
+/// The coarsest grid from `least_bits` on where every triangle is counter-clockwise, judged in
+/// integers; float32 where there is none. If that folds triangles too, whatever folds the
 /// fewest. Rounding is half to even, so x and n - x, for even n, are rounded alike. Pre: finite
 /// coordinates.
 TextureGrid choose_texture_grid(std::span<const Vec2d> uv,
-                                std::span<const std::array<std::uint32_t, 3>> triangles);
+                                std::span<const std::array<std::uint32_t, 3>> triangles,
+                                int least_bits = kLeastFractionBits);
 
 }  // namespace rattan

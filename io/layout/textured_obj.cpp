@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <system_error>
 #include <utility>
 
 #include "io/file/byte_source.h"
@@ -143,7 +144,8 @@ class TexturedObjReader {
   // One name with blanks in it, or several between blanks.
   void read_libraries(std::string_view names) {
     const std::string whole = beside(source_.path(), names);
-    if (std::filesystem::exists(whole)) {
+    std::error_code unknown;
+    if (!names.empty() && std::filesystem::exists(whole, unknown)) {
       read_library(whole);
       return;
     }

@@ -128,8 +128,8 @@ class TexturedPlyReader {
                                                                  : kNoMaterial;
     }
     const auto vertex = [&](std::size_t k) {
-      if (!(corners[k] >= 0.0)) {
-        source_.fail_at_byte(source_.offset(), "a face refers to a negative vertex", kRepair);
+      if (!(corners[k] >= 0.0 && corners[k] < 0x1p53)) {
+        source_.fail_at_byte(source_.offset(), "a face refers to a vertex that cannot be", kRepair);
       }
       return static_cast<std::uint64_t>(corners[k]);
     };

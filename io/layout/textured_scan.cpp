@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <limits>
 #include <map>
+#include <system_error>
 #include <utility>
 
 #include "engine/core/errors.h"
@@ -88,11 +89,16 @@ TextureOutline outline_textures(const std::string& scan) {
     if (is_new) {
       at->second = picture_size(picture);
       outline.pixels += std::uint64_t{at->second.width} * at->second.height;
-      largest_file = std::max<std::uint64_t>(largest_file, std::filesystem::file_size(picture));
+      std::error_code unknown;
+      const std::uintmax_t bytes = std::filesystem::file_size(picture, unknown);
+      largest_file = unknown ? largest_file : std::max<std::uint64_t>(largest_file, bytes);
     }
   }
-  outline.bytes = outline.vertices * kVertexBytes + outline.texture_vertices * kTextureVertexBytes +
-                  outline.triangles * kTriangleBytes + outline.pixels * sizeof(Rgb) + largest_file;
+  if (outline.textured > 0) {
+    outline.bytes =
+        outline.vertices * kVertexBytes + outline.texture_vertices * kTextureVertexBytes +
+        outline.triangles * kTriangleBytes + outline.pixels * sizeof(Rgb) + largest_file;
+  }
   return outline;
 }
 
@@ -246,15 +252,10 @@ bool TexturedScan::holds(std::uint32_t triangle, const Vec3d& p) const {
   return index_->evaluate(p, triangle).distance2 <= tolerance2_;
 }
 
-std::array<double, 3> TexturedScan::colour(std::uint32_t triangle, const Vec3d& p) const {
-  const std::uint32_t m = material_of_[triangle];
-  if (m == kNoMaterial) {
-    return {255.0, 255.0, 255.0};
-  }
-  const Material& material = materials_[m];
+Vec2d TexturedScan::texture(std::uint32_t triangle, const Vec3d& p) const {
   const LocalTriangle& corners = texture_corners_[triangle];
-  if (picture_of_[m] == kBare || corners[0] == kBare) {
-    return {double(material.colour[0]), double(material.colour[1]), double(material.colour[2])};
+  if (corners[0] == kBare) {
+    return Vec2d::Zero();
   }
   const ClosestOnTriangle at = index_->evaluate(p, triangle);
   Vec2d uv = Vec2d::Zero();
@@ -262,7 +263,20 @@ std::array<double, 3> TexturedScan::colour(std::uint32_t triangle, const Vec3d& 
     const auto& t = texture_[corners[k]];
     uv += at.weights[k] * Vec2d(t[0], t[1]);
   }
-  uv = uv.cwiseProduct(material.scale) + material.offset;
+  return uv;
+}
+
+std::array<double, 3> TexturedScan::colour(std::uint32_t triangle, const Vec2d& texture) const {
+  const std::uint32_t m = material_of_[triangle];
+  if (m == kNoMaterial) {
+    return {255.0, 255.0, 255.0};
+  }
+  const Material& material = materials_[m];
+  if (picture_of_[m] == kBare || texture_corners_[triangle][0] == kBare) {
+    const Rgb& c = material.colour;
+    return {static_cast<double>(c[0]), static_cast<double>(c[1]), static_cast<double>(c[2])};
+  }
+  Vec2d uv = texture.cwiseProduct(material.scale) + material.offset;
   for (double& t : uv) {
     t = material.clamped ? std::clamp(t, 0.0, 1.0) : t - std::floor(t);
   }

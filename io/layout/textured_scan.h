@@ -23,7 +23,7 @@ struct TextureOutline {
   std::uint64_t triangles = 0;
   std::uint64_t textured = 0;  ///< triangles with texture coordinates and a picture
   std::uint64_t pixels = 0;    ///< of all pictures
-  /// The most that a TexturedScan of it takes, loading included.
+  /// The most that a TexturedScan of it takes, loading included; 0 if nothing is textured.
   std::uint64_t bytes = 0;
 };
 
@@ -45,9 +45,11 @@ class TexturedScan {
   std::uint32_t nearest(const Vec3d& p, std::uint32_t hint = 0) const;
   /// Whether the point is one of the triangle's, up to rounding.
   bool holds(std::uint32_t triangle, const Vec3d& p) const;
-  /// At the point of the triangle closest to p, 0 to 255 a channel: the material's picture between
-  /// its four nearest pixels, or its colour where there is no picture.
-  std::array<double, 3> colour(std::uint32_t triangle, const Vec3d& p) const;
+  /// Texture coordinates at the point of the triangle closest to p; zero where it has none.
+  Vec2d texture(std::uint32_t triangle, const Vec3d& p) const;
+  /// Of the triangle's material at these texture coordinates, 0 to 255 a channel: its picture
+  /// between the four nearest pixels, or its colour where there is no picture.
+  std::array<double, 3> colour(std::uint32_t triangle, const Vec2d& texture) const;
 
   std::uint64_t triangles() const { return triangles_.size(); }
 

@@ -339,6 +339,27 @@ class AsVtkReadsIt(Base):
             checked += 1
         self.assertGreater(checked, 1000)
 
+    def test_charts_of_a_layout(self):
+        out, told = self.folder / "charts.obj", self.folder / "charts.json"
+        done = rattan("layout", self.scan, "-o", out, "--quiet", "--keep-work", "--report", told)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        report = json.loads(told.read_text())
+        g = Grid(self.export(Path(f"{out}.work"), "charts.vtkhdf"))
+        charts, energy = g.cell["chart"], report["solver"][-1]["energy_unit"]
+        self.assertEqual(sum(k != 0 for k in g.cell["singularity"]),
+                         report["singularities"]["triangles"])
+        self.assertLess(abs(sum(g.cell["energy"]) + sum(g.point["pin_energy"]) - energy),
+                        1e-5 * energy)
+        sizes = collections.Counter(charts)
+        count = report["charts"]["count"]
+        self.assertTrue(0 <= min(sizes) and max(sizes) < count)
+        self.assertGreater(len(sizes), 0.9 * count)
+        # They are patches: about a perimeter's share of the sides lies between two of them.
+        left = {side: t for t, (a, b, c) in enumerate(g.cells)
+                for side in ((a, b), (b, c), (c, a))}
+        between = [charts[t] != charts[left[b, a]] for (a, b), t in left.items() if (b, a) in left]
+        self.assertLess(sum(between) / len(between), 0.3)
+
     def test_what_goes_with_the_fields(self):
         field = self.grid.field
         self.assertEqual(list(field["density"]), [self.report["options"]["density"]])
@@ -466,6 +487,25 @@ class Command(Base):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(again.read_bytes(), (self.folder / "scan-out.obj").read_bytes())
         self.assertEqual(self.export(work, "three.vtkhdf").read_bytes(), first)
+
+    def test_the_budget_holds(self):
+        scan = self.folder / "large.ply"
+        rattan("synth", "-o", scan, "--triangles", 300000, "--quiet")
+        work, _ = self.make_work(scan, "large", "--faces", 2000)
+        first = None
+        for budget in 64, 100, 400:
+            path = self.folder / "large.vtkhdf"
+            script = ("import resource, subprocess, sys\n"
+                      "code = subprocess.run(sys.argv[1:]).returncode\n"
+                      "print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)\n"
+                      "sys.exit(code)\n")
+            done = subprocess.run([sys.executable, "-c", script, RATTAN, "export", work, "-o", path,
+                                   "--quiet", "--memory", f"{budget}MiB"],
+                                  capture_output=True, text=True, timeout=300)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertLessEqual(int(done.stdout.split()[-1]), budget << 10)
+            first = first or path.read_bytes()
+            self.assertEqual(path.read_bytes(), first)
 
     def test_keeping_work_changes_no_output(self):
         out = self.folder / "plain.obj"

@@ -24,6 +24,12 @@ class Case:
     options: tuple = ()
     output: str = "out.drc"
     often: bool = True  # a checkpoint after every step, as only long runs have enough of them
+    command: str = "remesh"
+
+    @property
+    def several(self):
+        """Whether files come one after the other: a run that is interrupted may leave some complete."""
+        return self.command == "layout" or "," in " ".join(self.options)
 
 
 @dataclass
@@ -129,7 +135,7 @@ class Bench:
         return path
 
     def words(self, case, folder, *more):
-        return [self.rattan, "remesh", case.scan, "-o", folder / case.output, "--quiet", "--report",
+        return [self.rattan, case.command, case.scan, "-o", folder / case.output, "--quiet", "--report",
                 folder / "report.json", *case.options, *more]
 
     def start(self, case, folder, *more, environment=None):
@@ -148,7 +154,7 @@ class Bench:
         return path
 
     def reference(self, case):
-        key = (case.scan, case.options, case.output)  # checkpoints change no byte
+        key = key_of(case)
         if key not in self.references:
             folder = self.folder()
             ended = Running(self.words(case, folder)).finish(3600)
@@ -159,6 +165,11 @@ class Bench:
             shutil.rmtree(folder)
             self.log(f"{case.name}: undisturbed {ended.seconds:.1f} s")
         return self.references[key]
+
+
+def key_of(case):
+    """What decides the undisturbed bytes: checkpoints change none."""
+    return case.command, case.scan, case.options, case.output
 
 
 def digest(path):
@@ -191,8 +202,8 @@ def facts(folder):
     text = (folder / "report.json").read_text().replace(f"{folder}/", "FOLDER/")
     report = json.loads(text)
     return {name: report.get(name) for name in
-            ("input", "options", "output", "outputs", "singularities", "distance", "charts",
-             "distortion")}
+            ("input", "options", "output", "outputs", "base_complex", "singularities", "distance",
+             "charts", "distortion")}
 
 
 def resumed_stages(folder):

@@ -17,6 +17,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 
 sys.dont_write_bytecode = True
@@ -84,6 +85,26 @@ class Scans:
         return self.bench.synth(f"synth-{triangles}-{genus}-{holes}", triangles, "--genus", str(genus),
                                 "--holes", str(holes))
 
+    def coloured(self, side=90):
+        """Hills with a colour at each vertex."""
+        path = self.bench.scratch / f"coloured-{side}.obj"
+        if not path.exists():
+            lines = [f"v {x / 10!r} {y / 10!r} {(x * x % 13 + y * y % 7) / 80 + 0.125!r} "
+                     f"{x / side!r} {y / side!r} {(x + 2 * y) % 17 / 17!r}"
+                     for y in range(side) for x in range(side)]
+            path.write_text("\n".join(lines + self.sheet(side)) + "\n")
+        return path
+
+    @staticmethod
+    def sheet(side):
+        """Triangles of side x side vertices."""
+        lines = []
+        for y in range(1, side):
+            for x in range(1, side):
+                a, b = (y - 1) * side + x, y * side + x
+                lines += [f"f {a} {a + 1} {b + 1}", f"f {a} {b + 1} {b}"]
+        return lines
+
     def text(self):
         """A small scan as text."""
         path = self.bench.scratch / "text.obj"
@@ -91,11 +112,7 @@ class Scans:
             side = 70
             lines = [f"v {x / 10!r} {y / 10!r} {(x * x % 13 + y * y % 7) / 50 + 0.125!r}"
                      for y in range(side) for x in range(side)]
-            for y in range(1, side):
-                for x in range(1, side):
-                    a, b = (y - 1) * side + x, y * side + x
-                    lines += [f"f {a} {a + 1} {b + 1}", f"f {a} {b + 1} {b}"]
-            path.write_text("\n".join(lines) + "\n")
+            path.write_text("\n".join(lines + self.sheet(side)) + "\n")
         return path
 
 
@@ -103,18 +120,46 @@ def short_plan(bench, scans, tally):
     small = Case("20k", scans.synth(20_000))
     quads = Case("20k in quads", scans.synth(20_000), ("--faces", "400", "--pure-quads"), "out.obj")
     several = Case("20k in sizes", scans.synth(20_000), ("--faces", "1k,200"), "out.ply")
+    layout = Case("8k in charts", scans.synth(8_000), (), "out.obj", command="layout")
+    baked = Case("3k in charts, baked", scans.coloured(40), ("--bake", "128"), "out.obj", command="layout")
+
+    def stale_work():
+        counts = tally("stale")
+        stale.run(bench, counts, small, 2, None)
+        stale.run_layouts(bench, counts, layout, 2)
+
     return {
-        "kills": lambda: kills.run(bench, tally("kills"), [(small, 2), (quads, 1), (several, 1)], 10),
-        "power": lambda: power.run(bench, tally("power"), [small, several], 6),
-        "disk": lambda: disk.run(bench, tally("disk"), [small], 4),
-        "writes": lambda: writes.run(bench, tally("writes"), [small], 10),
-        "damage": lambda: damage.run(bench, tally("damage"), [small], 16, 8),
-        "stale": lambda: stale.run(bench, tally("stale"), small, 2, None),
-        "signals": lambda: stops.run(bench, tally("signals"), [(small, 3)]),
+        "kills": lambda: kills.run(bench, tally("kills"), [
+            (small, 2), (quads, 1), (several, 1), (layout, 1), (baked, 1)], 14),
+        "power": lambda: power.run(bench, tally("power"), [small, several, baked], 9),
+        "disk": lambda: disk.run(bench, tally("disk"), [small, baked], 6),
+        "writes": lambda: writes.run(bench, tally("writes"), [small, baked], 16),
+        "damage": lambda: damage.run(bench, tally("damage"), [small, layout], 22, 10),
+        "stale": stale_work,
+        "signals": lambda: stops.run(bench, tally("signals"), [(small, 3), (layout, 2)]),
         "locks": lambda: locks.run(bench, tally("locks"), small, 1),
-        "bytes": lambda: agreement.same_bytes(bench, tally("bytes"), [small]),
-        "memory": lambda: agreement.memory_bound(bench, tally("memory"), [(small, ["128MiB", "256MiB"])]),
+        "bytes": lambda: agreement.same_bytes(bench, tally("bytes"), [small, baked]),
+        "memory": lambda: agreement.memory_bound(bench, tally("memory"), [
+            (small, ["128MiB", "256MiB"]), (layout, ["128MiB"])]),
     }
+
+
+class Layouts:
+    """The cases of `rattan layout` in the long form."""
+
+    def __init__(self, scans):
+        def case(name, scan, options=(), output="out.obj", **more):
+            return Case(f"{name} in charts", scan, options, output, command="layout", **more)
+
+        self.holes = case("3holes", scans.sample("3holes.off"), (), "out.drc")
+        self.koala = case("koala", scans.sample("koala.obj"), (), "out.ply")
+        self.bunny = case("bun_zipper", scans.sample("bun_zipper.ply"), ("--curl-correction",))
+        self.plane = case("plane_holes", scans.sample("plane_holes.obj"), ("--atlas",), "out.drc")
+        self.baked = case("coloured", scans.coloured(), ("--bake", "512"))
+        self.small = case("8k", scans.synth(8_000))
+        self.middle = case("400k", scans.synth(400_000), ("--memory", "192MiB"), "out.ply", often=False)
+        self.big = case("1.6M", scans.synth(1_600_000), ("--memory", "192MiB"), "out.ply", often=False)
+        self.all_small = [self.holes, self.plane, self.baked, self.small]
 
 
 def full_plan(bench, scans, tally, options):
@@ -134,27 +179,43 @@ def full_plan(bench, scans, tally, options):
 
     agree = [Case(Path(n).stem, scans.sample(n)) for n in
              ("koala.obj", "nefertiti.obj", "gargoyle.obj", "bun_zipper.ply", "plane_holes.obj")]
+    layouts = Layouts(scans)
+
+    def stale_work():
+        counts = tally("stale")
+        stale.run(bench, counts, Case("3holes", holes.scan), len(stale.CHANGES),
+                  Case("text", scans.text(), ("--faces", "600",)))
+        stale.run_layouts(bench, counts, layouts.small, len(stale.LAYOUT_CHANGES))
+
     return {
         "kills": lambda: kills.run(bench, tally("kills"), [
             (koala, 30), (holes, 30), (sizes, 30), (quads, 25), (plane, 25), (small, 25), (middle, 20),
-            (big, 15)], options.kills),
-        "power": lambda: power.run(bench, tally("power"), [holes, koala, plane, small, sizes], 60),
-        "disk": lambda: disk.run(bench, tally("disk"), [koala, small, middle], 24),
-        "writes": lambda: writes.run(bench, tally("writes"), [holes, small, sizes], 90),
-        "damage": lambda: damage.run(bench, tally("damage"), [holes, small, sizes], 300, 100),
-        "stale": lambda: stale.run(bench, tally("stale"), Case("3holes", holes.scan), len(stale.CHANGES),
-                                   Case("text", scans.text(), ("--faces", "600",))),
+            (big, 15), (layouts.holes, 20), (layouts.koala, 15), (layouts.bunny, 15), (layouts.plane, 15),
+            (layouts.baked, 20), (layouts.small, 15), (layouts.middle, 10)], options.kills),
+        "power": lambda: power.run(bench, tally("power"), [
+            holes, koala, plane, small, sizes, *layouts.all_small], 90),
+        "disk": lambda: disk.run(bench, tally("disk"), [
+            koala, small, middle, layouts.koala, layouts.baked, layouts.plane], 40),
+        "writes": lambda: writes.run(bench, tally("writes"), [
+            holes, small, sizes, layouts.holes, layouts.baked], 140),
+        "damage": lambda: damage.run(bench, tally("damage"), [
+            holes, small, sizes, layouts.koala, layouts.baked], 450, 140),
+        "stale": stale_work,
         "signals": lambda: stops.run(bench, tally("signals"), [
-            (holes, 6), (middle, 20), (big_fine, 20), (largest(), 10)]),
+            (holes, 6), (middle, 20), (big_fine, 20), (largest(), 10), (layouts.koala, 8),
+            (layouts.middle, 12), (layouts.big, 10)]),
         "locks": lambda: locks.run(bench, tally("locks"), middle, 6),
         "bytes": lambda: agreement.same_bytes(
-            bench, tally("bytes"), [*agree, Case("1.6M", scans.synth(1_600_000), ("--faces", "30k"))]),
+            bench, tally("bytes"), [*agree, Case("1.6M", scans.synth(1_600_000), ("--faces", "30k")),
+                                    *layouts.all_small, layouts.koala, layouts.bunny, layouts.big]),
         "memory": lambda: agreement.memory_bound(bench, tally("memory"), [
             (koala, ["128MiB", "256MiB"]),
             (Case("1.6M", scans.synth(1_600_000), ("--faces", "20k",)), ["256MiB", "512MiB", "1GiB"]),
             (Case("1.6M fine", scans.synth(1_600_000), ("--faces", "200k",)), ["1GiB", "2GiB"]),
             (Case("1.6M in quads", scans.synth(1_600_000), ("--faces", "20k", "--pure-quads")), ["512MiB"]),
-            (largest(), ["1GiB", "2GiB"])]),
+            (largest(), ["1GiB", "2GiB"]),
+            (layouts.koala, ["96MiB", "256MiB"]),
+            (replace(layouts.big, options=()), ["192MiB", "256MiB", "1GiB"])]),
     }
 
 

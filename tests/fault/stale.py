@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from checks import expect_done, remove
 from interrupted import interrupt
-from program import outputs, resumed_stages
+from program import key_of, outputs, resumed_stages
 
 # Each as (first, second); the work directory is the same.
 CHANGES = [
@@ -28,6 +28,23 @@ CHANGES = [
     (("--faces", "900"), ("--faces", "900", "--fill-holes", "1000")),
     (("--faces", "900"), ("--faces", "900", "--drop-components", "50")),
     (("--faces", "900"), ("--faces", "900", "--threads", "1", "--memory", "512MiB")),
+]
+
+# Of `rattan layout`, likewise; with the names of the outputs.
+LAYOUT_CHANGES = [
+    (((), "out.obj"), (("--chart-size", "40"), "out.obj")),
+    (((), "out.obj"), (("--atlas",), "out.obj")),
+    (((), "out.obj"), (("--curl-correction",), "out.obj")),
+    (((), "out.obj"), ((), "out.ply")),
+    (((), "out.ply"), ((), "out.drc")),
+    (((), "out.drc"), (("--position-bits", "12"), "out.drc")),
+    (((), "out.obj"), (("--relax", "3"), "out.obj")),
+    (((), "out.obj"), (("--symmetry", "2"), "out.obj")),
+    (((), "out.obj"), (("--smoothing", "0.9"), "out.obj")),
+    (((), "out.obj"), (("--energy", "edge"), "out.obj")),
+    (((), "out.obj"), (("--newton-steps", "5"), "out.obj")),
+    (((), "out.obj"), (("--fill-holes", "1000"), "out.obj")),
+    (((), "out.obj"), (("--threads", "1", "--memory", "512MiB"), "out.obj")),
 ]
 
 
@@ -66,13 +83,24 @@ def changed_scan(bench, tally, case, keep_time, share):
     bench.reference(first)
     interrupt(bench, first, folder, share)
     change_scan(case.scan, scan, keep_time)
-    bench.references.pop((first.scan, first.options, first.output))
+    bench.references.pop(key_of(first))
     second = replace(first, name=f"{case.name} with a changed digit")
     ended = bench.run(second, folder)
     tally.count("changed scans")
     if expect_done(tally, bench, second, folder, ended,
                    f"{second.name}{', file time kept' if keep_time else ''}, in {folder.name}"):
         remove(folder)
+
+
+def run_layouts(bench, tally, case, changes):
+    """`case` lays out; work of a remesh of its scan is in the way as well."""
+    for first, second in LAYOUT_CHANGES[:changes]:
+        for share in (0.5, 0.9) if changes == len(LAYOUT_CHANGES) else (0.8,):
+            a, b = (replace(case, options=options, output=output) for options, output in (first, second))
+            resume_as(bench, tally, a, b, f"{case.name}, {' '.join(first[0])} {first[1]} then "
+                      f"{' '.join(second[0])} {second[1]}", share)
+    remesh = replace(case, command="remesh", options=(), output="out.obj")
+    resume_as(bench, tally, remesh, case, f"{case.name}, remesh then layout", 0.8)
 
 
 def run(bench, tally, case, changes, text_case):

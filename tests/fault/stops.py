@@ -5,7 +5,7 @@ import signal
 import time
 from pathlib import Path
 
-from checks import expect_done, expect_interrupted, remove
+from checks import expect_complete_or_absent, expect_done, expect_interrupted, remove
 from program import DONE, outputs, resumed_stages, work_folder
 
 SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1)
@@ -78,8 +78,9 @@ def stop_and_resume(bench, tally, case, share, number):
     ok = expect_interrupted(tally, ended, where)
     ok &= tally.expect(ended.seconds - sent <= LONGEST_EXIT,
                        f"{where}: {ended.seconds - sent:.1f} s to exit")
-    ok &= tally.expect(not any(n in reference.files or n.startswith(".") for n in outputs(folder)) or
-                       "," in " ".join(case.options), f"{where}: leaves {list(outputs(folder))}")
+    expect_complete_or_absent(tally, folder, reference, where)
+    left = [n for n in outputs(folder) if n.startswith(".") or not case.several]
+    ok &= tally.expect(not left, f"{where}: leaves {left}")
     tally.count("of them with work saved", work_folder(folder) is not None)
     ended = bench.run(case, folder)
     if expect_done(tally, bench, case, folder, ended, where) and ok:

@@ -33,7 +33,8 @@ void add_layout_options(CLI::App& command, LayoutOptions& o) {
       ->type_name("LENGTH")
       ->group("Charts");
   command
-      .add_option("--relax", o.relax, "rounds that make coordinates smoother across chart borders")
+      .add_option("--relax", o.relax,
+                  "rounds that smooth coordinates across borders of repaired charts; 6 do")
       ->check(CLI::Range(0, 1000))
       ->default_str("0")
       ->type_name("N")

@@ -39,7 +39,7 @@ struct Flat {
 };
 
 Flat flatten(const IndexedMesh& m, const Fields& fields, double omega, std::uint32_t tile_size,
-             int threads = 1) {
+             int threads = 1, int relax = 0) {
   MemoryStore store;
   Flat out;
   out.scan = testing::store_fields(store, m, fields, tile_size);
@@ -50,7 +50,7 @@ Flat flatten(const IndexedMesh& m, const Fields& fields, double omega, std::uint
   ChartExtraction report;
   out.layout = *extract_charts(store, out.scan, options, true, graph, report);
   DistortionSums sums;
-  out.flat = flatten_layout(store, out.scan, out.layout, {}, omega, graph, sums);
+  out.flat = flatten_layout(store, out.scan, out.layout, omega, relax, graph, sums);
   StoredLayout stored(store, out.scan, out.layout, out.flat, graph);
   stored.for_each_vertices([&](const LayoutVertices& v) {
     EXPECT_EQ(v.first, out.vertices.size());
@@ -198,6 +198,7 @@ TEST(FlatLayout, HoldsForLinesWithNoise) {
       }
       const Flat one = flatten(m, f, omega, 50);
       expect_parameterization(m, one);
+      expect_parameterization(m, flatten(m, f, omega, 50, 2, 3));
       const Flat two = flatten(m, f, omega, 50, 2);
       EXPECT_EQ(one.vertices, two.vertices);
       EXPECT_EQ(one.base.positions, two.base.positions);

@@ -7,6 +7,8 @@
 
 #include "engine/core/errors.h"
 #include "engine/core/exact_math.h"
+#include "engine/core/memory_store.h"
+#include "engine/layout/chart_extraction.h"
 #include "engine/layout/mean_value.h"
 #include "engine/layout/square_map.h"
 #include "engine/layout/strand_parameters.h"
@@ -275,6 +277,61 @@ TEST(FlattenChart, FlattensRaggedAndNoisyDisks) {
     testing::disturb(recipe.mesh, seed % 4 * 0.5, seed % 5 * 0.05, seed);
     expect_all_well(recipe);
     ASSERT_FALSE(::testing::Test::HasFatalFailure());
+  }
+}
+
+/// The charts of real lines.
+SampleLayout extract(const testing::IndexedMesh& m, const testing::Fields& fields, double omega) {
+  MemoryStore store;
+  const ScanMesh mesh = testing::store_fields(store, m, fields, 100);
+  TaskGraph graph({.threads = 1});
+  ArrangementOptions options;
+  options.omega = omega;
+  options.density = 1;
+  ChartExtraction report;
+  const ChartLayout layout = *extract_charts(store, mesh, options, true, graph, report);
+  SampleLayout sample{layout.graph, {}};
+  for (std::uint32_t t = 0; t < mesh.layout.tile_count(); ++t) {
+    for (ChartMesh& c :
+         assemble_charts(load_pieces(store, layout, TileId(t)), layout, TileId(t), false)) {
+      sample.charts.push_back(std::move(c));
+    }
+  }
+  return sample;
+}
+
+TEST(FlattenChart, FlattensWhatLinesLeave) {
+  std::array<std::uint32_t, 3> kinds{};
+  for (const testing::IndexedMesh& m :
+       {testing::grid(30, 24), testing::torus(36, 18), testing::sphere(4, 8.0),
+        testing::plate({"####", "#..#", "####"}, 4)}) {
+    for (std::uint64_t seed = 0; seed < 5; ++seed) {
+      SCOPED_TRACE(m.name + ", seed " + std::to_string(seed));
+      testing::Random random(seed);
+      const double omega = 4.3 + static_cast<double>(seed);
+      testing::Fields f = testing::linear_fields(m, Vec3d(0.7, 0.2, 0.5), omega);
+      const testing::Fields noise = testing::random_fields(m, seed);
+      for (std::size_t v = 0; v < f.frames.size(); ++v) {
+        if (random.next() < 0.01 * static_cast<double>(seed % 4)) {
+          f.phases[v] = noise.phases[v];
+        }
+      }
+      const SampleLayout sample = extract(m, f, omega);
+      const std::vector<FlatChart> charts = flatten_all(sample);
+      ASSERT_FALSE(::testing::Test::HasFatalFailure());
+      expect_continuous(sample, charts);
+      for (const FlatChart& c : charts) {
+        expect_spokes_fit(c);
+        ++kinds[static_cast<std::size_t>(c.kind)];
+        if (c.kind != ChartKind::kUnfolded && !sample.charts[c.chart].unfolded.empty()) {
+          ADD_FAILURE() << "not unfolded";
+        }
+      }
+      ASSERT_FALSE(::testing::Test::HasFailure());
+    }
+  }
+  for (const std::uint32_t n : kinds) {
+    EXPECT_GT(n, 10U);
   }
 }
 

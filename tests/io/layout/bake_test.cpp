@@ -360,7 +360,7 @@ TEST(TexturedScan, RepeatsOrClampsAsTheMaterialSays) {
            "f 1/1 2/2 3/3\n";
     const TexturedScan scan(folder.file("t.obj"), outline_textures(folder.file("t.obj")),
                             Vec3d::Zero());
-    return scan.colour(scan.nearest(Vec3d(u, 0, 0)), Vec3d(u, 0, 0));
+    return scan.colour(0, scan.texture(0, Vec3d(u, 0, 0)));
   };
   using ::testing::DoubleNear;
   using ::testing::Each;
@@ -388,10 +388,11 @@ TEST(TexturedScan, MaterialsWithoutPictureGiveTheirColour) {
          "f 1 2 4\n";
   const TextureOutline outline = outline_textures(folder.file("t.obj"));
   EXPECT_EQ(outline.textured, 0U);
+  EXPECT_EQ(outline.bytes, 0U);
   const TexturedScan scan(folder.file("t.obj"), outline, Vec3d::Zero());
-  EXPECT_THAT(scan.colour(scan.nearest(Vec3d(0.3, 0.3, 0)), Vec3d(0.3, 0.3, 0)),
+  EXPECT_THAT(scan.colour(scan.nearest(Vec3d(0.3, 0.3, 0)), Vec2d::Zero()),
               ::testing::ElementsAre(255, 128, 0));
-  EXPECT_THAT(scan.colour(scan.nearest(Vec3d(0.3, 0, 5)), Vec3d(0.3, 0, 5)),
+  EXPECT_THAT(scan.colour(scan.nearest(Vec3d(0.3, 0, 5)), Vec2d::Zero()),
               ::testing::ElementsAre(255, 255, 255));
 }
 
