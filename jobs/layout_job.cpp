@@ -52,6 +52,13 @@ struct Tried {
   SingularityCounts singularities;
 };
 
+template <class A>
+void members_of(A& a, Tried& t) {
+  a(t.found);
+  a(t.not_disks);
+  a(t.singularities);
+}
+
 struct Flattened {
   FlatCounts counts;
   DistortionFigures solved;

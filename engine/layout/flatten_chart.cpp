@@ -128,7 +128,8 @@ std::vector<double> spoke_parameters(const SplitDisk& split,
   const std::vector<double> no_steps(spoke.size() - 1, -1.0);
   std::vector<double> at;
   at.reserve(spoke.size());
-  for (const StrandPoint& p : layout::strand_parameters(position, no_steps, 1, 1)) {
+  for (const StrandPoint& p :
+       layout::strand_parameters(position, no_steps, 1, 1, {}, layout::kLeastSpokeGap)) {
     at.push_back(p.at);
   }
   return at;

@@ -9,7 +9,7 @@ namespace {
 constexpr double kWanted = 2 * kLeastThickness;
 constexpr int kPasses = 30;
 /// Room is made around so many triangles at most; where more are thin, the whole map is bad.
-constexpr std::size_t kMostWithRoom = 24;
+constexpr std::size_t kMostWithRoom = 64;
 /// And nothing is moved where more than so many are thin, or this share of all.
 constexpr std::size_t kMostThin = 64;
 constexpr std::size_t kMostThinShare = 8;

@@ -194,8 +194,7 @@ std::vector<StrandWish> rim_wishes(const FlatChart& chart, const ChartGraph& gra
 }
 
 StrandRelaxation::StrandRelaxation(const ChartGraph& graph)
-    : graph_(graph),
-      moves_(graph.strands.size(), 0),
+    : moves_(graph.strands.size(), 0),
       touches_(graph.chart_count(), 0),
       points_(graph.strands.size()) {
   const auto repaired = [&](std::uint32_t chart) {

@@ -61,7 +61,6 @@ class StrandRelaxation {
     std::vector<double> weight;
     std::uint32_t added = 0;
   };
-  const ChartGraph& graph_;
   std::vector<std::uint8_t> moves_;    ///< one a strand
   std::vector<std::uint8_t> touches_;  ///< one a chart
   std::vector<Points> points_;         ///< one a strand

@@ -43,7 +43,7 @@ std::vector<double> shares(std::span<const Vec3d> position, std::span<const doub
 
 }  // namespace
 
-void keep_gaps(std::span<StrandPoint> points) {
+void keep_gaps(std::span<StrandPoint> points, double least_gap) {
   std::size_t begin = 0;
   for (std::size_t end = 1; end < points.size(); ++end) {
     if (!points[end].division) {
@@ -51,7 +51,7 @@ void keep_gaps(std::span<StrandPoint> points) {
     }
     const auto pieces = static_cast<double>(end - begin);
     const double length = points[end].at - points[begin].at;
-    const double gap = std::floor(std::min(kLeastGap, 0.5 * length / pieces) / kRimGrid) * kRimGrid;
+    const double gap = std::floor(std::min(least_gap, 0.5 * length / pieces) / kRimGrid) * kRimGrid;
     ensure(gap > 0, "The points of a chart's side can be told apart");
     for (std::size_t i = begin + 1; i < end; ++i) {
       const double rounded = std::floor(points[i].at / kRimGrid + 0.5) * kRimGrid;
@@ -66,7 +66,8 @@ void keep_gaps(std::span<StrandPoint> points) {
 
 std::vector<StrandPoint> strand_parameters(std::span<const Vec3d> position,
                                            std::span<const double> step, std::uint32_t parts,
-                                           std::uint32_t units, std::span<const double> given) {
+                                           std::uint32_t units, std::span<const double> given,
+                                           double least_gap) {
   ensure(position.size() >= 2 && step.size() + 1 == position.size(),
          "A strand has two ends and a step between points");
   const std::uint32_t divisions = parts * units;
@@ -110,7 +111,7 @@ std::vector<StrandPoint> strand_parameters(std::span<const Vec3d> position,
       }
     }
   }
-  keep_gaps(points);
+  keep_gaps(points, least_gap);
   return points;
 }
 

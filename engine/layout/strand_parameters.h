@@ -17,6 +17,9 @@ inline constexpr double kRimGrid = 1.0 / 65536;
 /// Neighbours on a strand are so many units apart, at least; half an even share where there are
 /// too many of them for that.
 inline constexpr double kLeastGap = 1.0 / 512;
+/// Likewise on the geodesics that split a chart, which often pass through bundles of thin
+/// triangles.
+inline constexpr double kLeastSpokeGap = 1.0 / 64;
 
 struct StrandPoint {
   double at = 0;            ///< in units from the strand's start
@@ -34,10 +37,11 @@ struct StrandPoint {
 /// Throws InternalError if a unit has more points than kRimGrid can tell apart.
 std::vector<StrandPoint> strand_parameters(std::span<const Vec3d> position,
                                            std::span<const double> step, std::uint32_t parts,
-                                           std::uint32_t units, std::span<const double> given = {});
+                                           std::uint32_t units, std::span<const double> given = {},
+                                           double least_gap = kLeastGap);
 
-/// Rounds `at` to the grid and keeps the least gap between divisions, moving points as little as
-/// that takes; divisions stay.
-void keep_gaps(std::span<StrandPoint> points);
+/// Rounds `at` to the grid and keeps the least gap, or half an even share, moving points as little
+/// as that takes; divisions stay.
+void keep_gaps(std::span<StrandPoint> points, double least_gap = kLeastGap);
 
 }  // namespace rattan::layout

@@ -13,6 +13,13 @@
 
 namespace rattan {
 
+// Member by member, since between them there is padding.
+template <class A>
+void members_of(A& a, CoarsePart& c) {
+  a(c.done);
+  a(c.setup_passes);
+}
+
 namespace {
 
 // Below 1 / (1000 edges) curvature is noise: planes get no say in the field.

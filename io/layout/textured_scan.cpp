@@ -101,8 +101,11 @@ TextureOutline outline_textures(const std::string& scan) {
       largest_file = unknown ? largest_file : std::max<std::uint64_t>(largest_file, bytes);
     }
   }
-  outline.bytes = outline.vertices * kVertexBytes + outline.texture_vertices * kTextureVertexBytes +
-                  outline.triangles * kTriangleBytes + outline.pixels * sizeof(Rgb) + largest_file;
+  if (outline.textured > 0) {
+    outline.bytes =
+        outline.vertices * kVertexBytes + outline.texture_vertices * kTextureVertexBytes +
+        outline.triangles * kTriangleBytes + outline.pixels * sizeof(Rgb) + largest_file;
+  }
   return outline;
 }
 

@@ -23,7 +23,7 @@ struct TextureOutline {
   std::uint64_t triangles = 0;
   std::uint64_t textured = 0;  ///< triangles with texture coordinates and a picture
   std::uint64_t pixels = 0;    ///< of all pictures
-  /// The most that a TexturedScan of it takes, loading included.
+  /// The most that a TexturedScan of it takes, loading included; 0 if nothing is textured.
   std::uint64_t bytes = 0;
   std::vector<std::string> files;  ///< that its materials come from and refer to
 };

@@ -121,9 +121,9 @@ class LayoutFiles(unittest.TestCase):
                 figures = self.folder / "figures.json"
                 done = rattan("compare", layout, scan, "--quiet", "--json", figures)
                 self.assertEqual(done.returncode, 0, done.stderr)
-                distance = json.loads(figures.read_text())["distance"]
-                self.assertLess(max(distance["to_input_max"], distance["from_input_max"]),
-                                1e-4 * distance["diagonal"])
+                compared = json.loads(figures.read_text())
+                for way in compared["distance"].values():
+                    self.assertLess(way["max"], 2e-5 * compared["scan"]["diagonal"])
                 report = self.folder / "remesh.json"
                 done = rattan("remesh", layout, "-o", self.folder / "remesh.ply", "--faces", 500,
                               "--quiet", "--report", report)

@@ -388,6 +388,7 @@ TEST(TexturedScan, MaterialsWithoutPictureGiveTheirColour) {
          "f 1 2 4\n";
   const TextureOutline outline = outline_textures(folder.file("t.obj"));
   EXPECT_EQ(outline.textured, 0U);
+  EXPECT_EQ(outline.bytes, 0U);
   const TexturedScan scan(folder.file("t.obj"), outline, Vec3d::Zero());
   EXPECT_THAT(scan.colour(scan.nearest(Vec3d(0.3, 0.3, 0)), Vec2d::Zero()),
               ::testing::ElementsAre(255, 128, 0));
