@@ -123,8 +123,9 @@ class LayoutJob : public ScanJob {
     if (writer > budget_.available()) {
       throw ResourceError(fmt::format(
           "{}: encoding some {} triangles takes {} of memory, and {} are left of the budget. Allow "
-          "more with --memory, or write an .obj or .ply, which need next to none.",
-          options_.output, triangles, format_bytes(writer), format_bytes(budget_.available())));
+          "--memory {}MiB, or write an .obj or .ply, which need next to none.",
+          options_.output, triangles, format_bytes(writer), format_bytes(budget_.available()),
+          budget_for(writer)));
     }
     if (options_.bake > 0) {
       texture_ = outline_textures(options_.scan);
@@ -133,11 +134,21 @@ class LayoutJob : public ScanJob {
       const std::uint64_t bytes = texture_->bytes + bake_bytes(options_.bake);
       if (bytes > budget_.available()) {
         throw ResourceError(fmt::format(
-            "{}: baking takes {} of memory, and {} are left of the budget. Allow more with "
-            "--memory, or ask for a smaller image.",
-            names_.image, format_bytes(bytes), format_bytes(budget_.available())));
+            "{}: baking takes {} of memory, and {} are left of the budget. Allow --memory "
+            "{}MiB, or ask for a smaller image.",
+            names_.image, format_bytes(bytes), format_bytes(budget_.available()),
+            budget_for(bytes)));
       }
     }
+  }
+
+  /// MiB with which so many bytes would be available; more memory lets a few more tiles be at work.
+  std::uint64_t budget_for(std::uint64_t bytes) const {
+    constexpr std::uint64_t kMiB = std::uint64_t{1} << 20;
+    const std::uint64_t total = memory_ - budget_.available() + bytes;
+    const std::uint64_t tiles = memory_need({.threads = threads_}, total).tiles -
+                                memory_need({.threads = threads_}, memory_).tiles;
+    return (total + tiles) / kMiB + 1;
   }
 
   void compute_fields() {

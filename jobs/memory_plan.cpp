@@ -71,14 +71,16 @@ void check_memory(const MemoryWish& wish, std::uint64_t budget, const std::strin
   const bool layout = wish.charts > 0.0;
   throw ResourceError(fmt::format(
       "{}: a memory budget of {} is too small. At least {} are needed: {} for the program, {} for "
-      "tiles at work, {} for the scan's tables{} and {} for {}. Allow "
+      "tiles at work, {} for the scan's tables{}{}. Allow "
       "--memory {}MiB{}.",
       scan, format_bytes(budget), format_bytes(least), format_bytes(need.process),
       format_bytes(need.tiles), format_bytes(need.scan),
       wish.picture ? fmt::format(", {} for the preview", format_bytes(need.picture)) : "",
-      format_bytes(need.output),
-      layout ? fmt::format("a layout of {:.0f} charts", wish.charts)
-             : fmt::format("a remesh of {:.0f} faces", wish.faces),
+      need.output == 0 ? ""
+      : layout ? fmt::format(" and {} for a layout of {:.0f} charts", format_bytes(need.output),
+                             wish.charts)
+               : fmt::format(" and {} for a remesh of {:.0f} faces", format_bytes(need.output),
+                             wish.faces),
       least / kMiB,
       need.output <= need.total() / 2 ? ""
       : layout                        ? ", or ask for larger charts"

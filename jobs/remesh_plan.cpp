@@ -16,6 +16,7 @@
 #include "jobs/memory_share.h"
 #include "jobs/output_names.h"
 #include "jobs/remesh_cost.h"
+#include "jobs/scan_job.h"
 #include "jobs/target_size.h"
 
 namespace rattan {
@@ -100,6 +101,7 @@ RemeshPlan plan_remesh(const RemeshOptions& given, ProgressSink& progress) {
 
 RemeshPlan plan_layout(const LayoutOptions& options, ProgressSink& progress) {
   check_layout_output(options.output);
+  check_folder(options.output);
   check_layout_files(options, std::vector{options.scan});
   RemeshPlan plan = look_at(options, progress);
   const auto triangles = static_cast<double>(plan.triangles);
