@@ -6,8 +6,10 @@
 
 namespace rattan {
 
-/// Told by remesh_scan what it has done so far, in order and one at a time. Where saved work had to
-/// be dropped, a stage may come twice.
+struct LayoutReport;
+
+/// Told by remesh_scan and layout_scan what they have done so far, in order and one at a time.
+/// Where saved work had to be dropped, a stage may come twice.
 class JobEvents {
  public:
   virtual ~JobEvents() = default;
@@ -17,6 +19,8 @@ class JobEvents {
   virtual void stage_ended(const StageRecord& stage) = 0;
   /// One size is done and its file in place.
   virtual void output_written(const RemeshReport::Finished& finished) = 0;
+  /// A layout is done and all its files in place.
+  virtual void layout_written(const LayoutReport& report) = 0;
 };
 
 }  // namespace rattan

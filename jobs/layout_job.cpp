@@ -27,6 +27,7 @@
 #include "io/remesh/remesh_writer.h"
 #include "jobs/memory_plan.h"
 #include "jobs/preview.h"
+#include "jobs/remesh_cost.h"
 #include "jobs/scan_job.h"
 #include "jobs/version.h"
 #include "jobs/work_record.h"
@@ -42,6 +43,7 @@ constexpr double kCurlMean = 1.25;
 /// Charts that are no disks make all charts smaller by this, so many times at most.
 constexpr double kSmaller = 0.7071067811865476;
 constexpr int kMostSmaller = 4;
+constexpr std::uint64_t kKeptBytesPerChart = 1000;
 
 /// What one try at a chart size found.
 struct Tried {
@@ -105,7 +107,7 @@ class LayoutJob : public ScanJob {
  private:
   MemoryWish wish(std::uint64_t vertices, double charts) const {
     return {.vertices = vertices,
-            .faces = charts,
+            .charts = charts,
             .threads = threads_,
             .picture = !options_.preview.empty()};
   }
@@ -116,26 +118,37 @@ class LayoutJob : public ScanJob {
     check_memory(wish(mesh_.topology.vertices, charts), memory_, options_.scan);
     scan_memory_ = budget_.reserve(memory_need(wish(mesh_.topology.vertices, 0.0), memory_).scan,
                                    "the scan's tables");
-    // Lines cut each scan triangle into about two.
-    const std::uint64_t triangles = 2 * mesh_.topology.triangles;
+    const std::uint64_t triangles = kLayoutTriangles * mesh_.topology.triangles;
     const std::uint64_t writer = layout_write_bytes(options_.output, triangles);
     if (writer > budget_.available()) {
       throw ResourceError(fmt::format(
           "{}: encoding some {} triangles takes {} of memory, and {} are left of the budget. Allow "
-          "more with --memory, or write an .obj or .ply, which need next to none.",
-          options_.output, triangles, format_bytes(writer), format_bytes(budget_.available())));
+          "--memory {}MiB, or write an .obj or .ply, which need next to none.",
+          options_.output, triangles, format_bytes(writer), format_bytes(budget_.available()),
+          budget_for(writer)));
     }
     if (options_.bake > 0) {
       texture_ = outline_textures(options_.scan);
+      check_layout_files(options_, texture_->files);
       bakes_textures(options_.scan, *texture_, mesh_.has_colours);
       const std::uint64_t bytes = texture_->bytes + bake_bytes(options_.bake);
       if (bytes > budget_.available()) {
         throw ResourceError(fmt::format(
-            "{}: baking takes {} of memory, and {} are left of the budget. Allow more with "
-            "--memory, or ask for a smaller image.",
-            names_.image, format_bytes(bytes), format_bytes(budget_.available())));
+            "{}: baking takes {} of memory, and {} are left of the budget. Allow --memory "
+            "{}MiB, or ask for a smaller image.",
+            names_.image, format_bytes(bytes), format_bytes(budget_.available()),
+            budget_for(bytes)));
       }
     }
+  }
+
+  /// MiB with which so many bytes would be available; more memory lets a few more tiles be at work.
+  std::uint64_t budget_for(std::uint64_t bytes) const {
+    constexpr std::uint64_t kMiB = std::uint64_t{1} << 20;
+    const std::uint64_t total = memory_ - budget_.available() + bytes;
+    const std::uint64_t tiles = memory_need({.threads = threads_}, total).tiles -
+                                memory_need({.threads = threads_}, memory_).tiles;
+    return (total + tiles) / kMiB + 1;
   }
 
   void compute_fields() {
@@ -185,6 +198,9 @@ class LayoutJob : public ScanJob {
     }
     charts_.emplace();
     read_packed(store_, kCharts, *charts_);
+    // The graph, then what is known of each flat chart, the base complex, transition functions.
+    layout_memory_ =
+        budget_.reserve(kKeptBytesPerChart * charts_->graph.chart_count(), "the graph of charts");
     report_.side = omega_;
     report_.not_disks = tried_.not_disks;
     report_.singularities = tried_.singularities;
@@ -206,6 +222,7 @@ class LayoutJob : public ScanJob {
 
   bool try_side(double side, bool cut) {
     omega_ = side;
+    check_memory(wish(mesh_.topology.vertices, mesh_.area / (side * side)), memory_, options_.scan);
     clock_.run("parameterize", [&] {
       ParamOptions options;
       options.omega = omega_;
@@ -419,6 +436,9 @@ class LayoutJob : public ScanJob {
     if (!options_.report.empty()) {
       write_report(report_, options_.report);
     }
+    if (events_ != nullptr) {
+      events_->layout_written(report_);
+    }
   }
 
   static constexpr const char* kMaterial = "atlas";
@@ -432,6 +452,7 @@ class LayoutJob : public ScanJob {
   double edge_ = 1.0;  ///< mean length
   double omega_ = 0.0;
   Tried tried_;
+  Reservation layout_memory_;
   std::optional<ChartLayout> charts_;
   std::optional<FlatLayout> flat_;
   std::optional<AtlasPlan> plan_;
@@ -446,6 +467,7 @@ LayoutReport layout_scan(const LayoutOptions& options, ProgressSink& progress,
   write.position_bits = options.position_bits;
   check_layout_output(options.output, write);
   check_folder(options.output);
+  check_layout_files(options, std::vector{options.scan});
   return run_scan_job<LayoutJob, LayoutReport>(options, options.output, progress, stop, events);
 }
 

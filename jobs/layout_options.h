@@ -4,7 +4,9 @@
 // Everything `rattan layout` can be asked for.
 
 #include <cstdint>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "jobs/scan_options.h"
 
@@ -34,5 +36,10 @@ struct LayoutNames {
   std::string material;  ///< beside an .obj, with an image: x/bust.mtl
 };
 LayoutNames layout_names(const std::string& output);
+
+/// All files that a run writes: of those above what is asked for, report and preview included.
+std::vector<std::string> layout_files(const LayoutOptions& options);
+/// Throws UsageError if one of them is one of `inputs`, or two are the same file.
+void check_layout_files(const LayoutOptions& options, std::span<const std::string> inputs);
 
 }  // namespace rattan

@@ -9,6 +9,7 @@ namespace {
 
 constexpr double kSecondsPerTriangle = 3.6e-6;
 constexpr double kSecondsPerFace = 20e-6;
+constexpr double kLayoutSecondsPerTriangle = 6.5e-6;
 constexpr double kSecondsPerRun = 0.03;
 constexpr double kParallelShare = 0.93;
 constexpr double kDiskBytesPerSecond = 4e8;
@@ -19,6 +20,10 @@ constexpr double kTimesToDisk = 3.0;
 
 double remesh_cpu_seconds(double triangles, double faces, double sizes) {
   return kSecondsPerRun + kSecondsPerTriangle * triangles * sizes + kSecondsPerFace * faces;
+}
+
+double layout_cpu_seconds(double triangles) {
+  return kSecondsPerRun + kLayoutSecondsPerTriangle * triangles;
 }
 
 double remesh_wall_seconds(double cpu_seconds, double threads) {

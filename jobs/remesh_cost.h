@@ -17,6 +17,11 @@ inline constexpr int kPassesPerSize = 40;
 
 /// Processor seconds of a run on one thread; `faces` of the largest remesh.
 double remesh_cpu_seconds(double triangles, double faces, double sizes);
+/// Likewise of a layout.
+double layout_cpu_seconds(double triangles);
+inline constexpr int kPassesPerLayout = 30;
+/// Triangles of a layout for each of the scan's: lines cut each into about two.
+inline constexpr std::uint64_t kLayoutTriangles = 2;
 /// Wall seconds of so many processor seconds on so many threads.
 double remesh_wall_seconds(double cpu_seconds, double threads);
 /// Wall seconds that are spent on what doesn't fit into memory.

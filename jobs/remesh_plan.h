@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// What a run would take, told without running it: `rattan remesh --dry-run`.
+// What a run would take, told without running it: --dry-run.
 
 #include <cstdint>
 #include <string>
 
 #include "engine/core/progress.h"
+#include "jobs/layout_options.h"
 #include "jobs/remesh_options.h"
 
 namespace rattan {
@@ -18,6 +19,8 @@ struct RemeshPlan {
   std::uint64_t vertices = 0;   ///< after welding a soup: estimated there
   std::uint64_t triangles = 0;  ///< in the file, polygons cut
   double faces = 0.0;           ///< of the largest remesh; 0: the area decides
+  bool layout = false;          ///< charts instead of faces
+  double charts = 0.0;          ///< 0: the area decides
   std::uint64_t tiles = 0;
   std::uint64_t least_budget = 0;
   std::uint64_t budget = 0;
@@ -34,6 +37,8 @@ struct RemeshPlan {
 
 /// Reads the scan's file once and writes nothing. Throws what read_scan throws.
 RemeshPlan plan_remesh(const RemeshOptions& options, ProgressSink& progress);
+
+RemeshPlan plan_layout(const LayoutOptions& options, ProgressSink& progress);
 
 /// A line for each thing, for people.
 std::string describe(const RemeshPlan& plan);

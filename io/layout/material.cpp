@@ -26,6 +26,7 @@ class MaterialReader {
       const std::string_view keyword = words.word();
       if (keyword == "newmtl") {
         materials_.emplace_back().name = rest_of(line, keyword);
+        materials_.back().file = source_.path();
       } else if (keyword == "Kd" || keyword == "map_Kd") {
         if (materials_.empty()) {
           source_.fail_at_line(std::string(keyword) + " comes before the first newmtl", kRepair);

@@ -18,6 +18,7 @@ struct Material {
   std::string picture;          ///< path of map_Kd, or empty
   Vec2d scale = Vec2d::Ones();  ///< of texture coordinates, before the offset
   Vec2d offset = Vec2d::Zero();
+  std::string file;      ///< path of the .mtl, if it comes from one
   bool clamped = false;  ///< beyond [0, 1] the border's colour; else the picture repeats
 };
 

@@ -79,6 +79,13 @@ TextureOutline outline_textures(const std::string& scan) {
   TextureOutline outline = counter.outline;
   std::map<std::string, PictureSize> pictures;
   std::uint64_t largest_file = 0;
+  for (const Material& m : materials) {
+    for (const std::string& file : {m.file, m.picture}) {
+      if (!file.empty()) {
+        outline.files.push_back(file);
+      }
+    }
+  }
   for (std::size_t m = 0; m < counter.textured.size(); ++m) {
     const std::string& picture = materials[m].picture;
     if (picture.empty() || counter.textured[m] == 0) {

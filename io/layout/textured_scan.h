@@ -25,6 +25,7 @@ struct TextureOutline {
   std::uint64_t pixels = 0;    ///< of all pictures
   /// The most that a TexturedScan of it takes, loading included; 0 if nothing is textured.
   std::uint64_t bytes = 0;
+  std::vector<std::string> files;  ///< that its materials come from and refer to
 };
 
 /// Reads through an OBJ or PLY file, its materials and the headers of its pictures; formats without

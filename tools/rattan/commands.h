@@ -18,7 +18,7 @@ using Action = std::function<int()>;
 void add_remesh_command(CLI::App& app, Action& action, JsonLog* log);
 void add_batch_command(CLI::App& app, Action& action, JsonLog* log);
 void add_slurm_command(CLI::App& app, Action& action);
-void add_layout_command(CLI::App& app, Action& action);
+void add_layout_command(CLI::App& app, Action& action, JsonLog* log);
 void add_synth_command(CLI::App& app, Action& action);
 void add_compare_command(CLI::App& app, Action& action);
 void add_render_command(CLI::App& app, Action& action);

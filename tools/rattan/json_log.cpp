@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "jobs/layout_report.h"
 #include "jobs/memory_share.h"
 #include "jobs/stage_clock.h"
 #include "jobs/version.h"
@@ -59,7 +60,7 @@ void JsonLog::write(const Json& line) {
   }
 }
 
-void JsonLog::start(const RemeshOptions& options) {
+void JsonLog::start(const ScanOptions& options) {
   Json line = event("start");
   line["output"] = options.output;
   line["threads"] = options.threads;
@@ -124,13 +125,25 @@ void JsonLog::output_written(const RemeshReport::Finished& finished) {
   write(line);
 }
 
+void JsonLog::layout_written(const LayoutReport& report) {
+  Json line = event("output");
+  line["path"] = report.output.path;
+  line["vertices"] = report.output.vertices;
+  line["triangles"] = report.output.triangles;
+  line["charts"] = report.charts.charts;
+  line["bytes"] = report.output.bytes;
+  const std::vector<std::string> files = layout_files(report.options);
+  line["files"] = files;
+  write(line);
+}
+
 void JsonLog::plan(const RemeshPlan& plan) {
   Json line = event("plan");
   line["format"] = plan.format;
   line["file_bytes"] = plan.file_bytes;
   line["vertices"] = plan.vertices;
   line["triangles"] = plan.triangles;
-  line["faces"] = plan.faces;
+  line[plan.layout ? "charts" : "faces"] = plan.layout ? plan.charts : plan.faces;
   line["tiles"] = plan.tiles;
   line["least_memory"] = plan.least_budget;
   line["memory"] = plan.budget;

@@ -28,13 +28,14 @@ class JsonLog final : public ProgressSink, public JobEvents {
   /// Without "progress".
   void set_quiet(bool quiet) { quiet_ = quiet; }
 
-  void start(const RemeshOptions& options);
+  void start(const ScanOptions& options);
   /// At most one line a second.
   void progress(std::string_view stage, std::uint64_t done, std::uint64_t total) override;
   void warning(const std::string& sentence) override;
   void scan_read(const ScanTopology& scan) override;
   void stage_ended(const StageRecord& stage) override;
   void output_written(const RemeshReport::Finished& finished) override;
+  void layout_written(const LayoutReport& report) override;
   void plan(const RemeshPlan& plan);
   /// A request to stop was heard.
   void stopping(const std::string& sentence);

@@ -4,9 +4,12 @@
 #include <string>
 
 #include <fmt/format.h>
+#include <oneapi/tbb/task_arena.h>
 
 #include "engine/core/errors.h"
 #include "jobs/layout_job.h"
+#include "jobs/memory_share.h"
+#include "jobs/remesh_plan.h"
 #include "tools/manual/option_table.h"
 #include "tools/rattan/commands.h"
 #include "tools/rattan/console.h"
@@ -23,6 +26,7 @@ struct Arguments {
   double smoothing = 0.0;
   bool quiet = false;
   bool verbose = false;
+  bool dry_run = false;
 };
 
 void add_layout_options(CLI::App& command, LayoutOptions& o) {
@@ -49,8 +53,43 @@ void add_layout_options(CLI::App& command, LayoutOptions& o) {
       ->group("Charts");
 }
 
-int run(const Arguments& args) {
+int plan_logged(const LayoutOptions& options, JsonLog& log) {
+  const RemeshPlan plan = plan_layout(options, log);
+  log.plan(plan);
+  if (!plan.fits()) {
+    log.error("Memory or disk will not do.", kExitResource);
+    return kExitResource;
+  }
+  log.end(kExitDone);
+  return kExitDone;
+}
+
+int run_logged(LayoutOptions options, JsonLog& log) {
+  // What is left to the machine is told, too.
+  options.memory = options.memory > 0 ? options.memory : default_memory_share();
+  options.threads =
+      options.threads > 0 ? options.threads : oneapi::tbb::this_task_arena::max_concurrency();
+  {
+    Interruption interruption([&](Interruption::Moment moment, const char* sentence) {
+      if (moment == Interruption::Moment::kStopping) {
+        log.stopping(sentence);
+      } else {
+        log.error(sentence, kExitInterrupted);
+      }
+    });
+    log.start(options);
+    layout_scan(options, log, {interruption.soon(), interruption.now()}, &log);
+  }
+  log.end(kExitDone);
+  return kExitDone;
+}
+
+int run(const Arguments& args, JsonLog* log) {
   LayoutOptions o = args.options;
+  if (log != nullptr) {
+    log->set_scan(o.scan);
+    log->set_quiet(args.quiet);
+  }
   if (args.smoothing > 0.0) {
     o.smoothing = args.smoothing;
   }
@@ -60,6 +99,15 @@ int run(const Arguments& args) {
   const Verbosity verbosity = args.quiet     ? Verbosity::kQuiet
                               : args.verbose ? Verbosity::kVerbose
                                              : Verbosity::kNormal;
+  if (log != nullptr) {
+    return args.dry_run ? plan_logged(o, *log) : run_logged(o, *log);
+  }
+  if (args.dry_run) {
+    Console console(verbosity);
+    const RemeshPlan plan = plan_layout(o, console);
+    fmt::print("{}", describe(plan));
+    return plan.fits() ? kExitDone : kExitResource;
+  }
   LayoutReport report;
   {
     Interruption interruption;
@@ -79,7 +127,7 @@ int run(const Arguments& args) {
 
 }  // namespace
 
-void add_layout_command(CLI::App& app, Action& action) {
+void add_layout_command(CLI::App& app, Action& action, JsonLog* log) {
   auto args = std::make_shared<Arguments>();
   LayoutOptions& o = args->options;
   CLI::App* command = app.add_subcommand(
@@ -100,6 +148,11 @@ void add_layout_command(CLI::App& app, Action& action) {
   add_resource_options(*command, o);
   command->add_flag("--fresh", o.fresh, "start anew, whatever an earlier run left in that folder")
       ->group("Run");
+  command
+      ->add_flag("--dry-run", args->dry_run,
+                 "read the scan, print what the run would take, and stop")
+      ->group("Run");
+  add_log_format_option(*command);
   command->add_option("--report", o.report, "write a JSON report")->type_name("FILE")->group("Run");
   command->add_option("--preview", o.preview, "write a PNG: scan, field, iso-lines, charts, base")
       ->type_name("FILE")
@@ -108,7 +161,7 @@ void add_layout_command(CLI::App& app, Action& action) {
   command->add_flag("--verbose", args->verbose, "a line for every stage")
       ->excludes(quiet)
       ->group("Run");
-  command->callback([args, &action] { action = [args] { return run(*args); }; });
+  command->callback([args, &action, log] { action = [args, log] { return run(*args, log); }; });
 }
 
 }  // namespace rattan

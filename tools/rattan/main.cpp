@@ -57,7 +57,7 @@ int parse_and_run(int argc, char** argv, JsonLog* log) {
   add_remesh_command(app, action, log);
   add_batch_command(app, action, log);
   add_slurm_command(app, action);
-  add_layout_command(app, action);
+  add_layout_command(app, action, log);
   add_compare_command(app, action);
   add_render_command(app, action);
   add_export_command(app, action);
