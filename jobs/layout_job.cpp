@@ -49,6 +49,7 @@ constexpr std::uint64_t kKeptBytesPerChart = 1000;
 struct Tried {
   bool found = false;
   std::uint64_t not_disks = 0;
+  std::uint64_t cuts = 0;
   SingularityCounts singularities;
 };
 
@@ -56,6 +57,7 @@ template <class A>
 void members_of(A& a, Tried& t) {
   a(t.found);
   a(t.not_disks);
+  a(t.cuts);
   a(t.singularities);
 }
 
@@ -176,7 +178,7 @@ class LayoutJob : public ScanJob {
 
   /// Charts of the size asked for, or as much smaller as it takes for all to be disks. Where none
   /// of the sizes does, because the scan has holes or handles that are smaller still, the charts
-  /// around these are cut, at the largest size that has about as few of them as any.
+  /// around these are cut, at the largest size that needs about as few cuts as any.
   void find_charts() {
     std::vector<double> sides;
     std::vector<std::uint64_t> bad;
@@ -186,7 +188,7 @@ class LayoutJob : public ScanJob {
         break;
       }
       sides.push_back(side);
-      bad.push_back(tried_.not_disks);
+      bad.push_back(tried_.cuts);
     }
     if (!tried_.found) {
       const std::uint64_t least = *std::min_element(bad.begin(), bad.end());
@@ -247,7 +249,7 @@ class LayoutJob : public ScanJob {
           write_packed(store_, kCharts, *layout);
           save_lines(store_, omega_, 1);
         }
-        return Tried{layout.has_value(), found.not_disks, found.lines.singularities};
+        return Tried{layout.has_value(), found.not_disks, found.cuts, found.lines.singularities};
       });
     });
     return tried_.found;
@@ -310,7 +312,13 @@ class LayoutJob : public ScanJob {
       }
       return write_layout(stored, meta, options_.output, options);
     });
-    ensure(written.folded == 0, "no triangle of a chart is folded over");
+    if (written.folded > 0) {
+      throw InputError(options_.output, "",
+                       fmt::format("{} triangles of charts with many sides are too thin for "
+                                   "texture coordinates in single precision",
+                                   written.folded),
+                       "Write an .obj, or make charts smaller with --chart-size");
+    }
     report_.output.bytes = written.bytes;
     report_.output.origin = written.origin;
     report_.output.texture_step = written.texture_step;

@@ -37,7 +37,9 @@ std::optional<ChartLayout> extract_charts(Store& store, const ScanMesh& mesh,
   spaced.gap = kGap;
   ScanArrangement arrangement(store, mesh, spaced, graph, report.lines);
   Skeleton skeleton = arrangement.stitched();
-  report.not_disks = ScanArrangement::not_disks(skeleton);
+  const ScanArrangement::NotDisks not_disks = ScanArrangement::not_disks(skeleton);
+  report.not_disks = not_disks.faces;
+  report.cuts = not_disks.cuts;
   if (report.not_disks > 0 && !cut) {
     return std::nullopt;
   }

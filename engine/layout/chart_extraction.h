@@ -72,6 +72,7 @@ struct ChartExtraction {
   ArrangementReport lines;
   /// Charts that were no disks before they were cut.
   std::uint64_t not_disks = 0;
+  std::uint64_t cuts = 0;  ///< that these need at least
 };
 
 /// Reads what extract_cells reads. `options.density` 1 gives the paper's charts. Without `cut`,

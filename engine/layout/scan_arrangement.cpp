@@ -91,10 +91,13 @@ Skeleton ScanArrangement::stitched() {
   return skeleton;
 }
 
-std::uint64_t ScanArrangement::not_disks(Skeleton& k) {
-  std::uint64_t n = 0;
+ScanArrangement::NotDisks ScanArrangement::not_disks(Skeleton& k) {
+  NotDisks n;
   for (std::uint32_t f = 0; f < k.euler.size(); ++f) {
-    n += k.faces.find(f) == f && (k.euler[f] != 1 || k.has_graph[f] == 0) ? 1 : 0;
+    if (k.faces.find(f) == f && (k.euler[f] != 1 || k.has_graph[f] == 0)) {
+      ++n.faces;
+      n.cuts += static_cast<std::uint64_t>(k.euler[f] < 1 ? 1 - k.euler[f] : 1);
+    }
   }
   return n;
 }

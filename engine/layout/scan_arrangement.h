@@ -42,8 +42,11 @@ class ScanArrangement {
 
   /// One pass over the tiles; faces may not be disks yet.
   Skeleton stitched();
-  /// How many faces are no disks.
-  static std::uint64_t not_disks(Skeleton& k);
+  struct NotDisks {
+    std::uint64_t faces = 0;
+    std::uint64_t cuts = 0;  ///< it takes at least so many to make disks of them
+  };
+  static NotDisks not_disks(Skeleton& k);
   /// Cuts faces until all are disks; `k` is new then.
   void complete(Skeleton& k);
 
