@@ -66,8 +66,8 @@ void ChartPart::add_chart(const FlatChart& chart, const ChartGraph& graph, const
   }
   const bool is_split = chart.kind == ChartKind::kSplit;
   const double length = is_split ? 1.0 : graph.units;
-  const LineKind border = graph.chart_singular[chart.chart] != 0 ? LineKind::kSingularBorder
-                                                                 : LineKind::kChartBorder;
+  const LineKind border =
+      graph.chart_singular[chart.chart] != 0 ? LineKind::kSingularBorder : LineKind::kChartBorder;
   for (const auto& t : chart.triangle) {
     std::array<unsigned, 3> sides{};
     LocalTriangle corners{};

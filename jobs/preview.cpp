@@ -172,12 +172,12 @@ void write_preview(const PreviewInput& input, const std::string& path,
       field && input.omega > 0.0 && input.store.has_chunk(fields::kPhase.name, TileId(0));
   const std::uint32_t tiles = input.scan.layout.tile_count();
   const auto source = [&](bool with_field, bool with_lines) {
-    return [&input, tiles, with_field,
-            with_lines](const std::function<void(const SceneMesh&)>& use) {
-      for (std::uint32_t t = 0; t < tiles; ++t) {
-        use(TilePart(input, TileId(t), with_field, with_lines).scene());
-      }
-    };
+    return
+        [&input, tiles, with_field, with_lines](const std::function<void(const SceneMesh&)>& use) {
+          for (std::uint32_t t = 0; t < tiles; ++t) {
+            use(TilePart(input, TileId(t), with_field, with_lines).scene());
+          }
+        };
   };
   PanelInput panels;
   panels.scan = source(field, lines);

@@ -21,8 +21,8 @@ struct PreviewInput {
   /// Null but for a layout, whose charts the store holds as flatten_layout left them.
   const ChartLayout* charts = nullptr;
   const FlatLayout* flat = nullptr;  ///< with `charts`
-  double omega = 0.0;                   ///< period of the phases, a length; 0: there are none
-  int density = 2;                      ///< lines a period
+  double omega = 0.0;                ///< period of the phases, a length; 0: there are none
+  int density = 2;                   ///< lines a period
 };
 
 /// Writes a PNG of the panels of PGP Figure 1 that there are data for: scan, directions of

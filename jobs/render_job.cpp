@@ -2,9 +2,12 @@
 #include "jobs/render_job.h"
 
 #include <filesystem>
+#include <optional>
 
 #include "engine/core/errors.h"
 #include "engine/mesh/scan_record.h"
+#include "io/layout/texture_picture.h"
+#include "io/picture/textured_picture.h"
 #include "io/store/hdf5_store.h"
 #include "jobs/load_mesh.h"
 #include "jobs/memory_share.h"
@@ -66,12 +69,31 @@ void render_file(const PictureOptions& options) {
             options.output);
 }
 
+void render_texture(const PictureOptions& options) {
+  RenderOptions how = render_options(options);
+  std::optional<PictureTexture> texture;
+  if (options.texture != kCheckerboard) {
+    how.texture = &texture.emplace(read_picture(options.texture));
+  }
+  const TexturedSurface surface = read_textured_surface(options.path);
+  write_png(render_textured(surface, how,
+                            options.checks > 0.0 ? std::optional(options.checks) : std::nullopt,
+                            options.edges),
+            options.output);
+}
+
 }  // namespace
 
 void render_picture(const PictureOptions& options) {
   check_output(options.output);
   if (fs::is_directory(options.path)) {
+    if (!options.texture.empty()) {
+      throw UsageError(options.path +
+                       ": textures are shown on files. Give the layout that the run wrote.");
+    }
     render_work(options);
+  } else if (!options.texture.empty()) {
+    render_texture(options);
   } else {
     render_file(options);
   }

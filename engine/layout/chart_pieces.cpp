@@ -7,6 +7,7 @@
 
 #include "engine/core/errors.h"
 #include "engine/core/exact_math.h"
+#include "engine/layout/tile_strands.h"
 #include "engine/layout/triangulate_cell.h"
 
 namespace rattan::layout {
@@ -25,11 +26,10 @@ class Cutter {
         traced_(tile.traced),
         id_(id.value),
         n_(numbering),
+        strands_(tile_strands(tile, id, numbering)),
         colours_(colours) {}
 
   TilePieces run() {
-    number_points();
-    find_darts();
     index_.assign(c_.ids.size() + a_.point_t.size() + a_.crossings.size(), kNone);
     foreign_index_ = index_;
     list_points();
@@ -63,101 +63,6 @@ class Cutter {
     return (point & kVertexTag) != 0 ? a_.vertices[point & ~kTagMask].vertex : vertices + point;
   }
 
-  void number_points() {
-    const std::uint64_t base = n_.point_begin[id_];
-    number_.resize(a_.point_t.size());
-    std::uint64_t next = base + a_.crossings.size();
-    for (std::uint32_t e = 0; e < a_.place.size(); ++e) {
-      const std::uint32_t points = a_.points_on(e);
-      if (points == 0 || a_.place[e] == EdgePlace::kOutside) {
-        continue;
-      }
-      const bool own = a_.place[e] == EdgePlace::kInside || a_.place[e] == EdgePlace::kBoundary;
-      std::uint64_t first = next;
-      if (own) {
-        next += points;
-      } else {
-        first = n_.rim_first(c_.ids[c_.edges[e].lo], c_.ids[c_.edges[e].hi]);
-      }
-      for (std::uint32_t i = 0; i < points; ++i) {
-        number_[a_.point_begin[e] + i] = first + i;
-      }
-    }
-    ensure(next <= n_.point_begin[id_ + 1], "a tile's points are counted");
-  }
-
-  std::uint64_t number(std::uint32_t entity) const {
-    const std::size_t vertices = c_.ids.size();
-    if (entity < vertices) {
-      return c_.ids[entity];
-    }
-    const std::size_t point = entity - vertices;
-    return point < number_.size() ? number_[point] : n_.point_begin[id_] + (point - number_.size());
-  }
-
-  /// Of each piece of a scan edge the dart that runs from lo to hi.
-  void find_darts() {
-    piece_dart_.assign(a_.left_cell.size(), kNone);
-    for (std::uint32_t s = a_.first_edge_segment; s < a_.segments.size(); ++s) {
-      const std::uint32_t dart = dart_of(s);
-      if (dart == kNone) {
-        continue;
-      }
-      const Segment& g = a_.segments[s];
-      // Either end tells the edge; two vertices do so together.
-      const bool from_point = (g.from & kTagMask) == 0;
-      const bool to_point = (g.to & kTagMask) == 0;
-      std::uint32_t e = 0;
-      std::uint32_t i = 0;
-      bool up = true;
-      if (from_point || to_point) {
-        const std::uint32_t p = from_point ? g.from : g.to;
-        const std::uint32_t other = from_point ? g.to : g.from;
-        e = a_.point_edge[p];
-        const std::uint32_t at = p - a_.point_begin[e];
-        const bool towards_hi =
-            (other & kTagMask) == 0 ? other > p : entity(other) == c_.edges[e].hi;
-        i = towards_hi ? at + 1 : at;
-        up = towards_hi == from_point;
-      } else {
-        e = c_.find_edge(entity(g.from), entity(g.to));
-        up = entity(g.from) == c_.edges[e].lo;
-      }
-      piece_dart_[a_.piece(e, i)] = up ? dart : dart ^ 1U;
-    }
-    for (std::uint32_t e = 0; e < a_.place.size(); ++e) {
-      if (a_.place[e] != EdgePlace::kBorder && a_.place[e] != EdgePlace::kUnknown) {
-        continue;
-      }
-      PointKey key = PointKey::on_edge(c_.ids[c_.edges[e].lo], c_.ids[c_.edges[e].hi], 0);
-      auto at = std::lower_bound(n_.rim_pieces.begin(), n_.rim_pieces.end(), key,
-                                 [](const RimPiece& r, const PointKey& k) { return r.piece < k; });
-      for (; at != n_.rim_pieces.end() && at->piece.a == key.a && at->piece.b == key.b; ++at) {
-        piece_dart_[a_.piece(e, at->piece.c)] = at->dart;
-      }
-    }
-  }
-
-  std::uint32_t dart_of(std::uint32_t segment) const {
-    // The arc's dart runs from its first node; whether the segment does too, its faces tell, and
-    // where they are the same, its place.
-    const std::uint32_t arc = traced_.arc_of_segment[segment];
-    const std::uint32_t dart = n_.dart_of_arc[n_.arc_base[id_] + arc];
-    return dart == kNone ? kNone : (runs_along(segment, arc) ? dart : dart ^ 1U);
-  }
-
-  bool runs_along(std::uint32_t segment, std::uint32_t arc) const {
-    if (along_.empty()) {
-      along_.assign(a_.segments.size(), 2);
-    }
-    if (along_[segment] == 2) {
-      for_each_dart_of_arc(a_, traced_, arc, [&](std::uint32_t dart) {
-        along_[dart >> 1] = (dart & 1U) == 0 ? 1 : 0;
-      });
-    }
-    return along_[segment] == 1;
-  }
-
   /// Points that get their numbers here, with their places in file order.
   void list_points() {
     const std::uint64_t base = n_.point_begin[id_];
@@ -167,7 +72,7 @@ class Cutter {
       find_node(kCrossingTag | x, base + x);
     }
     for (std::uint32_t p = 0; p < a_.point_t.size(); ++p) {
-      const std::uint64_t number = number_[p];
+      const std::uint64_t number = strands_.point_number[p];
       if (number < base || number >= n_.point_begin[id_ + 1]) {
         continue;
       }
@@ -193,7 +98,7 @@ class Cutter {
 
   PieceVertex edge_point(std::uint32_t p) const {
     PieceVertex v;
-    v.number = number_[p];
+    v.number = strands_.point_number[p];
     v.position = a_.position(p).cast<float>();
     if (!colours_.empty()) {
       const TileEdge& e = c_.edges[a_.point_edge[p]];
@@ -262,7 +167,7 @@ class Cutter {
     }
     for (std::uint32_t s = first; s < last; ++s) {
       const Segment& g = a_.segments[s];
-      const std::uint32_t dart = dart_of(s);
+      const std::uint32_t dart = strands_.segment_dart[s];
       sides_.push_back({g.left, entity(g.from), entity(g.to), dart, kInnerSide});
       sides_.push_back(
           {g.right, entity(g.to), entity(g.from), dart == kNone ? kNone : dart ^ 1U, kInnerSide});
@@ -351,7 +256,7 @@ class Cutter {
       const std::uint32_t to =
           j < n ? corners_[first_corner + (forward ? j : n - 1 - j)].entity : v[(k + 1) % 3];
       const std::uint32_t piece = a_.piece(e, forward ? j : n - j);
-      const std::uint32_t dart = piece_dart_[piece];
+      const std::uint32_t dart = strands_.piece_dart[piece];
       sides_.push_back({cells[piece], from, to, dart == kNone || forward ? dart : dart ^ 1U,
                         static_cast<std::uint8_t>(k)});
       from = to;
@@ -634,7 +539,7 @@ class Cutter {
     }
     // A crossing: each of its lines has an end on one of the two sides.
     const std::uint32_t crossing =
-        entity - static_cast<std::uint32_t>(c_.ids.size() + number_.size());
+        entity - static_cast<std::uint32_t>(c_.ids.size() + a_.point_t.size());
     std::uint32_t known = 0;
     for (const std::uint32_t first : a_.crossings[crossing].darts) {
       std::uint32_t d = first;
@@ -667,10 +572,10 @@ class Cutter {
       v.number = c_.ids[entity];
       v.position = mesh_.positions[entity];
       v.colour = colours_.empty() ? Rgba{} : colours_[entity];
-    } else if (entity < vertices + number_.size()) {
+    } else if (entity < vertices + a_.point_t.size()) {
       v = edge_point(entity - static_cast<std::uint32_t>(vertices));
     } else {
-      v = out_.points[entity - vertices - number_.size()];
+      v = out_.points[entity - vertices - a_.point_t.size()];
     }
     pieces.vertices.push_back(v);
     return index[entity];
@@ -682,11 +587,9 @@ class Cutter {
   const TracedTile& traced_;
   std::uint32_t id_;
   const ChartNumbering& n_;
+  TileStrands strands_;
   std::span<const Rgba> colours_;
   TilePieces out_;
-  std::vector<std::uint64_t> number_;        // one an edge point
-  std::vector<std::uint32_t> piece_dart_;    // one a piece
-  mutable std::vector<std::uint8_t> along_;  // one a segment: 1 along its arc, 0 against, 2 unknown
   std::vector<std::uint32_t> index_, foreign_index_;  // one an entity: its vertex among the pieces
   // Of the triangle at hand:
   std::uint32_t triangle_ = 0;

@@ -33,9 +33,10 @@ bool begins_like_ply(const std::string& scan) {
 
 }  // namespace
 
-std::vector<Material> read_textured_faces(const std::string& scan, TexturedFaceSink& sink) {
+std::vector<Material> read_textured_faces(const std::string& scan, TexturedFaceSink& sink,
+                                          bool pictures_only) {
   if (begins_like_ply(scan)) {
-    return read_textured_ply(scan, sink);
+    return read_textured_ply(scan, sink, pictures_only);
   }
   return is_called(scan, ".obj") ? read_textured_obj(scan, sink) : std::vector<Material>();
 }

@@ -32,14 +32,17 @@ class TexturedFaceSink {
 };
 
 /// Reads an OBJ or PLY file, plain or compressed; returns its materials. Other formats, which have
-/// no textures, give nothing. Polygons are cut into fans. Throws InputError.
-std::vector<Material> read_textured_faces(const std::string& scan, TexturedFaceSink& sink);
+/// no textures, give nothing. Polygons are cut into fans. `pictures_only`: a PLY file that names no
+/// picture gives nothing either. Throws InputError.
+std::vector<Material> read_textured_faces(const std::string& scan, TexturedFaceSink& sink,
+                                          bool pictures_only = true);
 
 /// Of the single formats.
 std::vector<Material> read_textured_obj(const std::string& scan, TexturedFaceSink& sink);
 /// Pictures are those of the comments "TextureFile NAME". Texture coordinates are a list "texcoord"
 /// of the faces, whose "texnumber" then says which picture, or two values of the vertices
-/// (texture_u and texture_v, s and t, u and v). A file without such comments gives nothing.
-std::vector<Material> read_textured_ply(const std::string& scan, TexturedFaceSink& sink);
+/// (texture_u and texture_v, s and t, u and v).
+std::vector<Material> read_textured_ply(const std::string& scan, TexturedFaceSink& sink,
+                                        bool pictures_only);
 
 }  // namespace rattan

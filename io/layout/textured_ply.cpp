@@ -206,9 +206,10 @@ class TexturedPlyReader {
 
 }  // namespace
 
-std::vector<Material> read_textured_ply(const std::string& scan, TexturedFaceSink& sink) {
+std::vector<Material> read_textured_ply(const std::string& scan, TexturedFaceSink& sink,
+                                        bool pictures_only) {
   std::vector<Material> materials = materials_of(scan);
-  if (!materials.empty()) {
+  if (!materials.empty() || !pictures_only) {
     TexturedPlyReader(scan, materials.size(), sink).read();
   }
   return materials;

@@ -85,8 +85,8 @@ Rgb Albedo::edges(Rgb colour, const Place& place) const {
   float distance = 1e9F;
   for (std::size_t k = 0; k < 3; ++k) {
     if ((mesh_.edges[place.triangle] >> k & 1U) != 0) {
-      distance = std::min(distance, segment_distance(place.pixel, place.corner[k],
-                                                     place.corner[(k + 1) % 3]));
+      distance = std::min(
+          distance, segment_distance(place.pixel, place.corner[k], place.corner[(k + 1) % 3]));
     }
   }
   return mix(colour, kLineColour, 0.88F * coverage(distance));
@@ -130,8 +130,7 @@ Rgb Albedo::texture(Rgb colour, const Place& place) const {
   const float y = place.value(v);
   Vec2f du;
   Vec2f dv;
-  if (!std::isfinite(x) || !std::isfinite(y) || !place.gradient(u, du) ||
-      !place.gradient(v, dv)) {
+  if (!std::isfinite(x) || !std::isfinite(y) || !place.gradient(u, du) || !place.gradient(v, dv)) {
     return colour;
   }
   // What one sample stands for.

@@ -15,20 +15,12 @@ namespace rattan {
 namespace {
 
 constexpr Rgb kInk{58, 60, 66};
-constexpr double kMargin = 0.05;  // of a panel's smaller side
 
 constexpr std::size_t kMostInRow = 4;
 constexpr float kCloseUpEdge = 38.0F;  // pixels
 constexpr int kMostFields = 8;
-constexpr float kLeastField = 4.5F;  // pixels
-constexpr float kLeastEdge = 3.5F;     // pixels; lines nearer than this hide what is between them
-
-/// Pixels that a length takes where it faces the eye.
-float pixels_of(double length, const Camera& camera) {
-  const auto depth = static_cast<float>(2.6 * camera.diagonal());
-  return camera.project({static_cast<float>(length), 0.0F, depth}).x() -
-         camera.project({0.0F, 0.0F, depth}).x();
-}
+constexpr float kLeastField = 7.0F;  // pixels
+constexpr float kLeastEdge = 3.5F;   // pixels; lines nearer than this hide what is between them
 
 float edge_pixels(const PolygonScene& scene, const Camera& camera) {
   return pixels_of(scene.mean_edge(), camera);
@@ -210,21 +202,8 @@ Image render_panels(const PanelInput& input, const RenderOptions& most, const Ca
 Image render_polygons(const PolygonMesh& mesh, const RenderOptions& options,
                       const Camera::View* view, EdgeDrawing edges) {
   ensure(mesh.face_count() > 0, "a picture shows something");
-  Vec3d low = Vec3d::Constant(std::numeric_limits<double>::infinity());
-  Vec3d high = -low;
-  for (const Vec3d& p : mesh.positions) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-  // Single precision near the surface, wherever it lies.
-  const Vec3d middle = 0.5 * (low + high);
-  const PolygonScene scene(mesh, -middle);
-  UpAxisGuess up(low - middle, high - middle);
-  up.add(scene.mesh().positions, scene.mesh().triangles);
-  const Camera::View from = view != nullptr ? *view : options.view.applied_to(up.view());
-  Camera camera(low - middle, high - middle, from);
-  camera.include(scene.mesh().positions);
-  camera.fit(options.width, options.height, kMargin);
+  const PolygonScene scene(mesh, -middle_of(mesh));
+  const Camera camera = camera_for(scene, options, view);
   const bool drawn = edges == EdgeDrawing::kAlways ||
                      (edges == EdgeDrawing::kFit && edge_pixels(scene, camera) >= kLeastEdge);
   return polygons_image(scene, {}, camera, options, drawn ? Look::kEdges : Look::kPlain);

@@ -47,9 +47,9 @@ struct PanelInput {
 };
 
 /// Panels, in the order of PGP Figure 1: scan, field before and after smoothing, iso-lines with
-/// singularities, charts, their texture coordinates, remesh with its edges, close-up; each at most options.width x options.height,
-/// and a label. Panels without data are left out; up to four stand in one row, more in two.
-/// `view` null: the default view.
+/// singularities, charts, their texture coordinates, remesh with its edges, close-up; each at most
+/// options.width x options.height, and a label. Panels without data are left out; up to four stand
+/// in one row, more in two. `view` null: the default view.
 Image render_panels(const PanelInput& input, const RenderOptions& options,
                     const Camera::View* view = nullptr);
 

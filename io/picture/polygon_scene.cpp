@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <Eigen/Geometry>
@@ -132,6 +133,39 @@ std::vector<Dot> PolygonScene::irregular_vertices(const PolygonMesh& mesh, float
     }
   }
   return dots;
+}
+
+Vec3d middle_of(const PolygonMesh& mesh) {
+  Vec3d low = Vec3d::Constant(std::numeric_limits<double>::infinity());
+  Vec3d high = -low;
+  for (const Vec3d& p : mesh.positions) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  return 0.5 * (low + high);
+}
+
+Camera camera_for(const PolygonScene& scene, const RenderOptions& options,
+                  const Camera::View* view) {
+  const SceneMesh mesh = scene.mesh();
+  Vec3d low = Vec3d::Constant(std::numeric_limits<double>::infinity());
+  Vec3d high = -low;
+  for (const Vec3f& p : mesh.positions) {
+    low = low.cwiseMin(p.cast<double>());
+    high = high.cwiseMax(p.cast<double>());
+  }
+  UpAxisGuess up(low, high);
+  up.add(mesh.positions, mesh.triangles);
+  Camera camera(low, high, view != nullptr ? *view : options.view.applied_to(up.view()));
+  camera.include(mesh.positions);
+  camera.fit(options.width, options.height, kMargin);
+  return camera;
+}
+
+float pixels_of(double length, const Camera& camera) {
+  const auto depth = static_cast<float>(2.6 * camera.diagonal());
+  return camera.project({static_cast<float>(length), 0.0F, depth}).x() -
+         camera.project({0.0F, 0.0F, depth}).x();
 }
 
 }  // namespace rattan

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "engine/remesh/polygon_mesh.h"
+#include "io/picture/render.h"
 #include "io/picture/scene.h"
 
 namespace rattan {
@@ -29,5 +30,20 @@ class PolygonScene {
   std::vector<std::uint8_t> edges_;
   double mean_edge_ = 0.0;
 };
+
+/// Of its box. Single precision is near the surface, wherever that lies, once shifted by minus
+/// this.
+Vec3d middle_of(const PolygonMesh& mesh);
+
+/// Fitted to the scene in a picture of options.width x options.height. `view` null: the default
+/// one, with the wishes of `options`.
+Camera camera_for(const PolygonScene& scene, const RenderOptions& options,
+                  const Camera::View* view = nullptr);
+
+/// Pixels that a length takes about the middle of the scene, where it faces the eye.
+float pixels_of(double length, const Camera& camera);
+
+/// Of a picture's smaller side.
+inline constexpr double kMargin = 0.05;
 
 }  // namespace rattan

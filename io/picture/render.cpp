@@ -142,11 +142,13 @@ class Sampler {
     flat.normalize();
     const bool inside = flat.dot(ray) > 0.0F;
     for (std::size_t l = 0; l < looks_.size(); ++l) {
-      grid_.colours[at * looks_.size() + l] =
-          albedo_.at(looks_[l], hit, Vec2f(px, py), inside);
+      grid_.colours[at * looks_.size() + l] = albedo_.at(looks_[l], hit, Vec2f(px, py), inside);
     }
     if (is_overlay_) {
       return;
+    }
+    if (!grid_.inside.empty()) {
+      grid_.inside[at] = inside ? 1 : 0;
     }
     Vec3f n = Vec3f::Zero();
     for (std::size_t k = 0; k < 3; ++k) {
@@ -397,6 +399,9 @@ std::vector<Image> render(const SurfaceSource& surface, const Camera& camera,
   const RayDevice device;
   SampleGrid grid(options.width, options.height, options.samples, static_cast<int>(looks.size()),
                   wanted(Look::kField), wanted(Look::kRawField));
+  if (!overlay.looks.empty() || wanted(Look::kCharts) || wanted(Look::kTexture)) {
+    grid.inside.assign(grid.depth.size(), 0);
+  }
   std::vector<std::unique_ptr<PartScene>> kept;
   std::size_t triangles = 0;
   bool all_kept = true;

@@ -17,12 +17,12 @@ struct RenderOptions {
   int samples = 3;   ///< rays a pixel are samples * samples
   /// Lines are drawn where theta or phi is a multiple of this; radians.
   double line_period = 3.14159265358979323846;
-  float line_width = 1.3F;     ///< pixels
+  float line_width = 1.3F;  ///< pixels
   /// Fields of a checkerboard along a unit of texture coordinates.
   float checks = 8.0F;
   const PictureTexture* texture = nullptr;  ///< instead of a checkerboard
-  float field_spacing = 7.0F;  ///< pixels between neighbouring lines of the field
-  ViewWish view;               ///< changes to the default view
+  float field_spacing = 7.0F;               ///< pixels between neighbouring lines of the field
+  ViewWish view;                            ///< changes to the default view
   std::size_t resident_triangles = 2'000'000;
   Rgb surface{216, 211, 202};
   Rgb background{255, 255, 255};

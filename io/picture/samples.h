@@ -23,6 +23,8 @@ struct SampleGrid {
   std::vector<float> depth;                          ///< infinity where nothing was hit
   std::vector<std::array<std::int16_t, 3>> normals;  ///< camera space, toward the eye, / 32767
   std::vector<Rgb> colours;                          ///< looks a sample: albedo with its drawing
+  /// Where the surface turns its back to the eye; may be empty.
+  std::vector<std::uint8_t> inside;
   /// Of each pixel's middle sample, where the surface has a field: tangent, camera space.
   std::vector<Vec3f> directions;
   std::vector<Vec3f> raw_directions;  ///< likewise, of the field before it was smoothed

@@ -52,7 +52,7 @@ struct SceneMesh {
   std::span<const std::uint8_t> edges;
   /// Optional, three a triangle: texture coordinates of its corners.
   std::span<const std::array<float, 2>> corner_uv;
-  std::span<const Rgb> tints;         ///< optional, one a triangle: colour of its chart
+  std::span<const Rgb> tints;          ///< optional, one a triangle: colour of its chart
   std::span<const SurfaceLine> lines;  ///< optional
 };
 
@@ -69,7 +69,7 @@ inline SurfaceSource single_part(const SceneMesh& mesh) {
 struct Dot {
   Vec3f position;
   Rgb colour;
-  float radius = 3.5F;  ///< pixels
+  float radius = 3.5F;   ///< pixels
   bool of_field = true;  ///< shown with the field, too, not only with the lines
 };
 

@@ -104,14 +104,16 @@ void LineLayer::draw(const Flat& line, int first_row, int last_row) {
       const float px = (static_cast<float>(x) + 0.5F) / scale;
       const float along = (px - line.a.x()) * d.x() + (py - line.a.y()) * d.y();
       const float t = std::clamp(along / length2, 0.0F, 1.0F);
-      const float away =
-          std::hypot(px - line.a.x() - t * d.x(), py - line.a.y() - t * d.y());
+      const float away = std::hypot(px - line.a.x() - t * d.x(), py - line.a.y() - t * d.y());
       const float cover = std::clamp((half - away) * scale + 0.5F, 0.0F, 1.0F);
       if (!(cover > 0.0F)) {
         continue;
       }
       const std::size_t at =
           static_cast<std::size_t>(y) * grid_.fine_width() + static_cast<std::size_t>(x);
+      if (!grid_.inside.empty() && grid_.inside[at] != 0) {
+        continue;
+      }
       // How far the surface may fall away within the line's width.
       const float facing = std::max(std::abs(grid_.normal(at).z()), 0.15F);
       const float slack = pixel * (1.0F + (half + 0.5F) / facing);

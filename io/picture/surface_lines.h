@@ -22,8 +22,8 @@ struct LineStyle {
 using LineStyles = std::array<LineStyle, 4>;
 LineStyles line_styles(Look look, float width);
 
-/// Lines of one look, drawn where the surface that was sampled doesn't hide them: of one width
-/// however finely the surface is cut into triangles. A byte a sample.
+/// Lines of one look, drawn where the surface that was sampled doesn't hide them, nor on its
+/// inside: of one width however finely the surface is cut into triangles. A byte a sample.
 class LineLayer {
  public:
   LineLayer(const SampleGrid& grid, const Camera& camera, const LineStyles& styles);

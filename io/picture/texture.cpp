@@ -89,8 +89,8 @@ Rgb PictureTexture::at(float u, float v, float extent) const {
   const Colour b = between(levels_[std::min(fine + 1, levels_.size() - 1)], u, v);
   Rgb out;
   for (std::size_t k = 0; k < 3; ++k) {
-    out[k] = static_cast<std::uint8_t>(
-        std::lround(a[k] * (1.0F - coarse_share) + b[k] * coarse_share));
+    out[k] =
+        static_cast<std::uint8_t>(std::lround(a[k] * (1.0F - coarse_share) + b[k] * coarse_share));
   }
   return out;
 }

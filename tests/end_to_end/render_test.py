@@ -142,6 +142,41 @@ class Render(unittest.TestCase):
         self.assertEqual(width % 3, 0)
         self.assertGreater(height, 640)
 
+    def test_a_layout(self):
+        png, out = self.folder / "layout.png", self.folder / "layout.obj"
+        done = rattan("layout", self.scan, "-o", out, "--quiet", "--keep-work", "--preview", png)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        width, _, _ = read_png(png)
+        self.assertEqual(width % 3, 0)
+        width, height, rows = self.render(str(out) + ".work", "--size", 100)
+        panel, tall = width // 3, height // 2
+        panels = []
+        for i in range(6):
+            panels.append([r[3 * panel * (i % 3) : 3 * panel * (i % 3 + 1)]
+                           for r in rows[tall * (i // 3) : tall * (i // 3 + 1) - 29]])
+            self.assertLess(0.2, drawn(panels[-1]), f"panel {i}")
+            self.assertNotIn(panels[-1], panels[:-1])
+        self.assertRaisesRegex(AssertionError, "textures are shown on files", self.render,
+                               str(out) + ".work", "--texture", "checker")
+
+        board = self.render(out, "--size", 150, "--texture", "checker")[2]
+        shown = [r[i : i + 3] for r in board for i in range(0, len(r), 3)
+                 if r[i : i + 3] != b"\xff\xff\xff"]
+        blue = sum(p[2] > p[0] + 25 for p in shown) / len(shown)
+        self.assertLess(0.35, blue)
+        self.assertLess(blue, 0.6)
+        for words in (("--checks", "1"), ("--edges", "never"), ("--texture", png)):
+            other = self.render(out, "--size", 150, "--texture", "checker", *words)[2] \
+                if words[0] != "--texture" else self.render(out, "--size", 150, *words)[2]
+            self.assertNotEqual(other, board)
+
+    def test_textures_of_an_atlas(self):
+        for name in ("atlas.drc", "atlas.ply"):
+            out = self.folder / name
+            done = rattan("layout", self.scan, "-o", out, "--quiet", "--atlas")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertLess(0.2, drawn(self.render(out, "--size", 100, "--texture", "checker")[2]))
+
     def test_errors_are_sentences(self):
         png = self.folder / "error.png"
         text = self.folder / "text.obj"
@@ -160,6 +195,13 @@ class Render(unittest.TestCase):
             ([self.folder / "none.drc", "-o", png], 3),
             ([text, "-o", png], 3),
             ([self.folder, "-o", png], 3),
+            ([self.out, "-o", png, "--texture", "checker"], 3),
+            ([self.scan, "-o", png, "--texture", "checker"], 3),
+            ([self.scan, "-o", png, "--texture", self.folder / "none.png"], 3),
+            ([self.scan, "-o", png, "--texture", text], 3),
+            ([self.work, "-o", png, "--texture", "checker"], 2),
+            ([self.out, "-o", png, "--checks", "4"], 2),
+            ([self.out, "-o", png, "--texture", "checker", "--checks", "0"], 2),
         ):
             with self.subTest(words=words):
                 done = rattan("render", *words)

@@ -108,6 +108,17 @@ void add_render_command(CLI::App& app, Action& action) {
           std::map<std::string, EdgeDrawing>{{"fit", EdgeDrawing::kFit},
                                              {"always", EdgeDrawing::kAlways},
                                              {"never", EdgeDrawing::kNever}}));
+  auto* texture =
+      command
+          ->add_option("--texture", args->options.texture,
+                       "by the file's texture coordinates: checker, or a PNG or JPEG picture")
+          ->type_name("checker|FILE");
+  command
+      ->add_option("--checks", args->options.checks,
+                   "fields of the checkerboard a texture unit; default about eight a chart")
+      ->check(CLI::Range(1e-6, 1e6))
+      ->type_name("N")
+      ->needs(texture);
   command->callback([args, &action] { action = [args] { return run(*args); }; });
 }
 
