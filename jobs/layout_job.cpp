@@ -109,9 +109,9 @@ class LayoutJob : public ScanJob {
  private:
   MemoryWish wish(std::uint64_t vertices, double charts) const {
     return {.vertices = vertices,
-            .charts = charts,
             .threads = threads_,
-            .picture = !options_.preview.empty()};
+            .picture = !options_.preview.empty(),
+            .charts = charts};
   }
 
   /// What is known to be too large, before it is computed.

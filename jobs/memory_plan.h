@@ -27,9 +27,9 @@ int tiles_in_flight(std::uint64_t budget, int threads);
 struct MemoryWish {
   std::uint64_t vertices = 0;  ///< of the scan
   double faces = 0.0;          ///< of the largest remesh
-  double charts = 0.0;         ///< of a layout
   int threads = 1;
   bool picture = false;  ///< a preview
+  double charts = 0.0;   ///< of a layout
 };
 
 MemoryNeed memory_need(const MemoryWish& wish, std::uint64_t budget);

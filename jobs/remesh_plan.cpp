@@ -110,9 +110,9 @@ RemeshPlan plan_layout(const LayoutOptions& options, ProgressSink& progress) {
   plan.passes = kPassesPerLayout;
   finish(plan,
          {.vertices = plan.vertices,
-          .charts = plan.charts,
           .threads = plan.threads,
-          .picture = !options.preview.empty()},
+          .picture = !options.preview.empty(),
+          .charts = plan.charts},
          options.work_dir.empty() ? options.output + ".work" : options.work_dir,
          layout_cpu_seconds(triangles));
   // Encoding comes when what the charts took is given back.
