@@ -49,7 +49,8 @@ constexpr std::uint64_t kKeptBytesPerChart = 1000;
 struct Tried {
   bool found = false;
   std::uint64_t not_disks = 0;
-  std::uint64_t cuts = 0;
+  std::uint64_t crowded = 0;
+  std::uint64_t missing = 0;  ///< cuts needed and sides too many
   SingularityCounts singularities;
 };
 
@@ -57,7 +58,8 @@ template <class A>
 void members_of(A& a, Tried& t) {
   a(t.found);
   a(t.not_disks);
-  a(t.cuts);
+  a(t.crowded);
+  a(t.missing);
   a(t.singularities);
 }
 
@@ -176,9 +178,10 @@ class LayoutJob : public ScanJob {
     field_ = compute_field(store_, mesh_, options, tasks_);
   }
 
-  /// Charts of the size asked for, or as much smaller as it takes for all to be disks. Where none
-  /// of the sizes does, because the scan has holes or handles that are smaller still, the charts
-  /// around these are cut, at the largest size that needs about as few cuts as any.
+  /// Charts of the size asked for, or as much smaller as it takes for all to be disks with no more
+  /// sides than can be parameterized well. Where none of the sizes does, because the scan has holes
+  /// or handles that are smaller still, the charts around these are cut, at the largest size that
+  /// lacks about as little as any.
   void find_charts() {
     std::vector<double> sides;
     std::vector<std::uint64_t> bad;
@@ -188,7 +191,7 @@ class LayoutJob : public ScanJob {
         break;
       }
       sides.push_back(side);
-      bad.push_back(tried_.cuts);
+      bad.push_back(tried_.missing);
     }
     if (!tried_.found) {
       const std::uint64_t least = *std::min_element(bad.begin(), bad.end());
@@ -205,20 +208,28 @@ class LayoutJob : public ScanJob {
         budget_.reserve(kKeptBytesPerChart * charts_->graph.chart_count(), "the graph of charts");
     report_.side = omega_;
     report_.not_disks = tried_.not_disks;
+    report_.crowded = tried_.crowded;
     report_.singularities = tried_.singularities;
     say_size();
   }
 
   void say_size() {
     if (report_.side < report_.asked_side) {
-      progress_.warning(
-          fmt::format("{}: charts of side {:.6g} are not all disks; they have a side of {:.6g}.",
-                      options_.output, report_.asked_side * mesh_.unit, report_.side * mesh_.unit));
+      progress_.warning(fmt::format(
+          "{}: charts of side {:.6g} are not all disks of a few sides; they have a side of "
+          "{:.6g}.",
+          options_.output, report_.asked_side * mesh_.unit, report_.side * mesh_.unit));
     }
     if (report_.not_disks > 0) {
       progress_.warning(fmt::format(
           "{}: {} charts around holes or handles smaller than a chart were cut into disks.",
           options_.output, report_.not_disks));
+    }
+    if (report_.crowded > 0) {
+      progress_.warning(
+          fmt::format("{}: {} charts have more than {} sides. Smaller charts, with "
+                      "--chart-size, follow the scan's features better.",
+                      options_.output, report_.crowded, kManyChartSides));
     }
   }
 
@@ -249,7 +260,8 @@ class LayoutJob : public ScanJob {
           write_packed(store_, kCharts, *layout);
           save_lines(store_, omega_, 1);
         }
-        return Tried{layout.has_value(), found.not_disks, found.cuts, found.lines.singularities};
+        return Tried{layout.has_value(), found.not_disks, found.crowded, found.cuts + found.excess,
+                     found.lines.singularities};
       });
     });
     return tried_.found;

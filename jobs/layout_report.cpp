@@ -88,6 +88,7 @@ nlohmann::ordered_json to_json(const LayoutReport& r) {
                  {"asked_side", r.asked_side},
                  {"side", r.side},
                  {"cut", r.not_disks},
+                 {"crowded", r.crowded},
                  {"nudged_vertices", c.nudged},
                  {"thin_triangles", c.thin}};
   j["distortion"] = distortion_json(r.distortion);

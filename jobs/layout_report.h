@@ -50,6 +50,7 @@ struct LayoutReport : RunRecord {
   double asked_side = 0.0;      ///< of a chart, in file units
   double side = 0.0;            ///< what it became
   std::uint64_t not_disks = 0;  ///< charts that had to be cut at that side
+  std::uint64_t crowded = 0;    ///< charts with more than kManyChartSides sides
   std::uint32_t parts = 0;
   std::uint32_t units = 1;
   FlatCounts charts;

@@ -37,10 +37,12 @@ std::optional<ChartLayout> extract_charts(Store& store, const ScanMesh& mesh,
   spaced.gap = kGap;
   ScanArrangement arrangement(store, mesh, spaced, graph, report.lines);
   Skeleton skeleton = arrangement.stitched();
-  const ScanArrangement::NotDisks not_disks = ScanArrangement::not_disks(skeleton);
+  const ScanArrangement::NotDisks not_disks = ScanArrangement::not_disks(skeleton, kManyChartSides);
   report.not_disks = not_disks.faces;
   report.cuts = not_disks.cuts;
-  if (report.not_disks > 0 && !cut) {
+  report.crowded = not_disks.crowded;
+  report.excess = not_disks.excess;
+  if (report.not_disks + report.crowded > 0 && !cut) {
     return std::nullopt;
   }
   arrangement.complete(skeleton);

@@ -68,16 +68,22 @@ void members_of(A& a, ChartLayout& l) {
   a(l.singular_charts);
 }
 
+/// Charts with more sides are crowded.
+inline constexpr std::uint32_t kManyChartSides = 24;
+
 struct ChartExtraction {
   ArrangementReport lines;
   /// Charts that were no disks before they were cut.
   std::uint64_t not_disks = 0;
   std::uint64_t cuts = 0;  ///< that these need at least
+  /// Charts with too many sides to be parameterized well, and by how many in all.
+  std::uint64_t crowded = 0;
+  std::uint64_t excess = 0;
 };
 
 /// Reads what extract_cells reads. `options.density` 1 gives the paper's charts. Without `cut`,
-/// nothing is made if some chart is no disk. Every chart of the result is one. Memory: the lines
-/// on the surface as for extract_cells, and the graph. Throws like extract_cells.
+/// nothing is made if some chart is no disk or crowded. Every chart of the result is one. Memory:
+/// the lines on the surface as for extract_cells, and the graph. Throws like extract_cells.
 std::optional<ChartLayout> extract_charts(Store& store, const ScanMesh& mesh,
                                           const ArrangementOptions& options, bool cut,
                                           TaskGraph& graph, ChartExtraction& report);

@@ -91,9 +91,22 @@ Skeleton ScanArrangement::stitched() {
   return skeleton;
 }
 
-ScanArrangement::NotDisks ScanArrangement::not_disks(Skeleton& k) {
+ScanArrangement::NotDisks ScanArrangement::not_disks(Skeleton& k, std::uint32_t many_sides) {
   NotDisks n;
+  std::vector<std::uint32_t> sides(k.euler.size(), 0);
+  for (const Strand& s : k.strands) {
+    for (const std::uint32_t dart : {s.first, s.first ^ 1U}) {
+      const std::uint32_t f = k.left(dart);
+      if (f != kNone) {
+        ++sides[f];
+      }
+    }
+  }
   for (std::uint32_t f = 0; f < k.euler.size(); ++f) {
+    if (sides[f] > many_sides) {
+      ++n.crowded;
+      n.excess += sides[f] - many_sides;
+    }
     if (k.faces.find(f) == f && (k.euler[f] != 1 || k.has_graph[f] == 0)) {
       ++n.faces;
       n.cuts += static_cast<std::uint64_t>(k.euler[f] < 1 ? 1 - k.euler[f] : 1);

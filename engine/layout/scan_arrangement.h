@@ -45,8 +45,12 @@ class ScanArrangement {
   struct NotDisks {
     std::uint64_t faces = 0;
     std::uint64_t cuts = 0;  ///< it takes at least so many to make disks of them
+    /// Faces with more than `many_sides` strands around, and how many more in all: where lines end
+    /// because the surface has features smaller than a face.
+    std::uint64_t crowded = 0;
+    std::uint64_t excess = 0;
   };
-  static NotDisks not_disks(Skeleton& k);
+  static NotDisks not_disks(Skeleton& k, std::uint32_t many_sides);
   /// Cuts faces until all are disks; `k` is new then.
   void complete(Skeleton& k);
 

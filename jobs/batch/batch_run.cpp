@@ -199,8 +199,19 @@ class BatchRun {
     record.exit = exit;
     journal_.append(record);
     settle();
+    drop_old_claims();
     tell([&](BatchObserver& o) { o.finished(state_, exit); });
     return exit;
+  }
+
+  /// A batch that was killed between a scan's last line in the journal and the end of its claim
+  /// leaves one that nobody takes again. Those of the living stay.
+  void drop_old_claims() {
+    for (const BatchItem& item : items_) {
+      if (Claim::left(options_.directory, item.id)) {
+        Claim::take(options_.directory, item.id);
+      }
+    }
   }
 
   bool stopping() const { return stopping_since_ > 0.0; }

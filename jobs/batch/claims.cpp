@@ -41,6 +41,11 @@ Claim::~Claim() {
   }
 }
 
+bool Claim::left(const std::string& directory, const std::string& id) {
+  std::error_code error;
+  return fs::exists(fs::path(claims_folder(directory)) / id, error);
+}
+
 std::optional<std::string> Claim::holder(const std::string& directory, const std::string& id) {
   return WorkLock::holder(fs::path(claims_folder(directory)) / id);
 }

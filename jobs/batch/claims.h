@@ -21,6 +21,8 @@ class Claim {
   Claim(const Claim&) = delete;
   Claim& operator=(const Claim&) = delete;
 
+  /// Whether there is one, of anybody alive or dead.
+  static bool left(const std::string& directory, const std::string& id);
   /// Who has it: "process 12 on host"; nothing if nobody does, or nobody alive.
   static std::optional<std::string> holder(const std::string& directory, const std::string& id);
 
