@@ -221,9 +221,9 @@ class LayoutJob : public ScanJob {
           options_.output, report_.asked_side * mesh_.unit, report_.side * mesh_.unit));
     }
     if (report_.not_disks > 0) {
-      progress_.warning(fmt::format(
-          "{}: {} charts around holes or handles smaller than a chart were cut into disks.",
-          options_.output, report_.not_disks));
+      progress_.warning(
+          fmt::format("{}: {} charts around holes, handles or parts smaller than a chart were cut.",
+                      options_.output, report_.not_disks));
     }
     if (report_.crowded > 0) {
       progress_.warning(
@@ -260,8 +260,8 @@ class LayoutJob : public ScanJob {
           write_packed(store_, kCharts, *layout);
           save_lines(store_, omega_, 1);
         }
-        return Tried{layout.has_value(), found.not_disks, found.crowded, found.cuts + found.excess,
-                     found.lines.singularities};
+        return Tried{layout.has_value(), found.not_disks, found.still_crowded,
+                     found.cuts + found.excess, found.lines.singularities};
       });
     });
     return tried_.found;

@@ -29,6 +29,9 @@ struct ArrangementOptions {
   const FeatureSet* features = nullptr;
   /// In one tile lines may cross each other so often; more is TooManyCrossings.
   std::uint64_t most_crossings = std::numeric_limits<std::uint64_t>::max();
+  /// Faces with more strands around them are divided further, as far as a few rounds go; 0: any
+  /// number will do.
+  std::uint32_t most_sides = 0;
   /// Crossings on a scan edge keep so far from its ends and each other, in parts of the edge: where
   /// they become vertices of triangles.
   double gap = 0.0;

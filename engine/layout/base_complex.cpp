@@ -71,6 +71,7 @@ class Builder {
 
   void inset(std::uint32_t chart, std::vector<std::uint32_t>& ring) {
     std::vector<std::uint32_t> inner;
+    inner.reserve(ring.size());
     for (const std::uint32_t v : ring) {
       inner.push_back(add(0.5 * (out_.positions[v] + flat_.centre[chart])));
     }

@@ -35,6 +35,7 @@ std::optional<ChartLayout> extract_charts(Store& store, const ScanMesh& mesh,
                                           TaskGraph& graph, ChartExtraction& report) {
   ArrangementOptions spaced = options;
   spaced.gap = kGap;
+  spaced.most_sides = kManyChartSides;
   ScanArrangement arrangement(store, mesh, spaced, graph, report.lines);
   Skeleton skeleton = arrangement.stitched();
   const ScanArrangement::NotDisks not_disks = ScanArrangement::not_disks(skeleton, kManyChartSides);
@@ -46,6 +47,7 @@ std::optional<ChartLayout> extract_charts(Store& store, const ScanMesh& mesh,
     return std::nullopt;
   }
   arrangement.complete(skeleton);
+  report.still_crowded = ScanArrangement::not_disks(skeleton, kManyChartSides).crowded;
   ChartNumbering numbering =
       number_charts(skeleton, arrangement.tiles(), mesh.layout.node_count, kLengthSteps);
   skeleton = {};

@@ -79,6 +79,7 @@ struct ChartExtraction {
   /// Charts with too many sides to be parameterized well, and by how many in all.
   std::uint64_t crowded = 0;
   std::uint64_t excess = 0;
+  std::uint64_t still_crowded = 0;  ///< after they were divided
 };
 
 /// Reads what extract_cells reads. `options.density` 1 gives the paper's charts. Without `cut`,

@@ -19,6 +19,8 @@ namespace rattan::layout {
 namespace {
 
 constexpr int kMostRounds = 6;
+/// Faces are divided for their many sides in so many rounds at most.
+constexpr std::uint64_t kRoundsOfDivision = 3;
 /// Stitching holds the graphs and a skeleton of them, with tables to sort.
 constexpr std::uint64_t kTimesGraphs = 3;
 
@@ -52,6 +54,20 @@ void mark_shared_points(const Skeleton& k, std::vector<FaceSegment>& segments) {
           s.on_graph[e] || std::binary_search(on_graph.begin(), on_graph.end(), s.ends[e]);
     }
   }
+}
+
+/// Strands around each stitched face; valid at roots.
+std::vector<std::uint32_t> count_sides(Skeleton& k) {
+  std::vector<std::uint32_t> sides(k.euler.size(), 0);
+  for (const Strand& s : k.strands) {
+    for (const std::uint32_t dart : {s.first, s.first ^ 1U}) {
+      const std::uint32_t f = k.left(dart);
+      if (f != kNone) {
+        ++sides[f];
+      }
+    }
+  }
+  return sides;
 }
 
 }  // namespace
@@ -93,15 +109,7 @@ Skeleton ScanArrangement::stitched() {
 
 ScanArrangement::NotDisks ScanArrangement::not_disks(Skeleton& k, std::uint32_t many_sides) {
   NotDisks n;
-  std::vector<std::uint32_t> sides(k.euler.size(), 0);
-  for (const Strand& s : k.strands) {
-    for (const std::uint32_t dart : {s.first, s.first ^ 1U}) {
-      const std::uint32_t f = k.left(dart);
-      if (f != kNone) {
-        ++sides[f];
-      }
-    }
-  }
+  const std::vector<std::uint32_t> sides = count_sides(k);
   for (std::uint32_t f = 0; f < k.euler.size(); ++f) {
     if (sides[f] > many_sides) {
       ++n.crowded;
@@ -171,13 +179,18 @@ bool ScanArrangement::cut(Skeleton& k) {
   std::vector<std::uint8_t> bad(faces, 0);
   std::vector<std::uint8_t> bare(faces, 0);
   bool any = false;
+  const bool divides = options_.most_sides > 0 && report_.cut_rounds < kRoundsOfDivision;
+  const std::vector<std::uint32_t> sides =
+      divides ? count_sides(k) : std::vector<std::uint32_t>(faces, 0);
   for (std::uint32_t f = 0; f < faces; ++f) {
     const std::uint32_t root = k.faces.find(f);
-    bad[f] = k.euler[root] != 1 || k.has_graph[root] == 0 ? 1 : 0;
-    bare[f] = k.has_graph[root] == 0 ? 1 : 0;
+    const bool no_graph = k.has_graph[root] == 0;
+    const bool crowded = sides[root] > options_.most_sides;
+    bad[f] = k.euler[root] != 1 || no_graph || crowded ? 1 : 0;
+    bare[f] = no_graph || crowded ? 1 : 0;
     any = any || bad[f] != 0;
     if (root == f && bad[f] != 0) {
-      ++(bare[f] != 0 ? report_.bare_components : report_.cut_faces);
+      ++(no_graph ? report_.bare_components : report_.cut_faces);
     }
   }
   if (!any) {

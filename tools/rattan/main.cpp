@@ -25,6 +25,8 @@ constexpr const char* kExamples =
     "rattan remesh city.ply -o city.drc --faces 2M --memory 4GiB --dry-run\n"
     "The same without --dry-run, resumed by the same command if it is stopped:\n"
     "rattan remesh city.ply -o city.drc --faces 2M --memory 4GiB\n"
+    "Charts with texture coordinates, and an image of the scan's colours:\n"
+    "rattan layout bust.ply -o charted.obj --bake 4096\n"
     "How far a remesh lies from its scan:\n"
     "rattan compare bust.drc bust.ply";
 
