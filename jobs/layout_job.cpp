@@ -25,6 +25,7 @@
 #include "io/layout/textured_scan.h"
 #include "io/layout/transition_writer.h"
 #include "io/remesh/remesh_writer.h"
+#include "jobs/job_context.h"
 #include "jobs/memory_plan.h"
 #include "jobs/preview.h"
 #include "jobs/remesh_cost.h"
@@ -167,7 +168,7 @@ class LayoutJob : public ScanJob {
     options.smoothing = options_.smoothing;
     options.pin_features = false;
     options.pin_boundary = true;
-    options.features.tolerance = 0.85e-3 * mesh_.diagonal();
+    options.features.tolerance = kCurveTolerance * mesh_.diagonal();
     options.curl_power = options_.curl_correction ? 1.0 : 0.0;
     if (options_.curl_correction) {
       options.curl_mean = kCurlMean;
@@ -305,17 +306,16 @@ class LayoutJob : public ScanJob {
     steps_.depend_on(meta.options);
     const PromptReturn prompt(budget_.tight());
     plan_atlas(stored);
-    const bool has_material = options_.bake > 0 && is_obj();
     steps_.next_makes(options_.output);
     const LayoutWriteResult written = steps_.run("write", [&] {
       LayoutWriteOptions options;
       options.unit = mesh_.unit;
       options.position_bits = options_.position_bits;
-      if (options_.bake > 0) {
-        const std::string image = std::filesystem::path(names_.image).filename().string();
-        (is_obj() ? options.material_file : options.image_file) =
-            is_obj() ? std::filesystem::path(names_.material).filename().string() : image;
-        options.material = has_material ? kMaterial : "";
+      if (options_.bake > 0 && is_obj()) {
+        options.material_file = std::filesystem::path(names_.material).filename().string();
+        options.material = kMaterial;
+      } else if (options_.bake > 0) {
+        options.image_file = std::filesystem::path(names_.image).filename().string();
       }
       if (plan_) {
         options.texture_bits = static_cast<int>(plan_->bits(options.texture_bits));

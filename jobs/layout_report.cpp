@@ -17,18 +17,7 @@ Json options_json(const LayoutOptions& o) {
   j["relax"] = o.relax;
   j["atlas"] = o.atlas || o.bake > 0;
   j["bake"] = o.bake;
-  j["field"] = o.field.empty() ? Json() : Json(o.field);
-  j["symmetry"] = o.symmetry;
-  j["smoothing"] = o.smoothing ? Json(*o.smoothing) : Json("auto");
-  j["curl_correction"] = o.curl_correction;
-  j["energy"] = o.energy == Energy::kEdge ? "edge" : "triangle";
-  j["solver"] = o.solver == SolverKind::kNested ? "nested" : "reference";
-  j["newton_steps"] = o.newton_steps;
-  j["position_bits"] = o.position_bits;
-  j["tile_size"] = o.tile_size;
-  j["merge_vertices"] = o.merge_vertices;
-  j["drop_components"] = o.drop_components;
-  j["fill_holes"] = o.fill_holes;
+  add_scan_options(j, o);
   return j;
 }
 

@@ -27,19 +27,8 @@ Json options_json(const RemeshOptions& o) {
   j[size_names[static_cast<int>(o.size_kind)]] =
       o.sizes.size() == 1 ? Json(o.sizes[0]) : Json(o.sizes);
   j["density"] = o.density;
-  j["field"] = o.field.empty() ? Json() : Json(o.field);
-  j["symmetry"] = o.symmetry;
-  j["smoothing"] = o.smoothing ? Json(*o.smoothing) : Json("auto");
-  j["curl_correction"] = o.curl_correction;
-  j["energy"] = o.energy == Energy::kEdge ? "edge" : "triangle";
-  j["solver"] = o.solver == SolverKind::kNested ? "nested" : "reference";
-  j["newton_steps"] = o.newton_steps;
   j["pure_quads"] = o.pure_quads;
-  j["position_bits"] = o.position_bits;
-  j["tile_size"] = o.tile_size;
-  j["merge_vertices"] = o.merge_vertices;
-  j["drop_components"] = o.drop_components;
-  j["fill_holes"] = o.fill_holes;
+  add_scan_options(j, o);
   return j;
 }
 
@@ -75,6 +64,21 @@ Json output_json(const Output& o, const Singularities& s, const Distance& d) {
 }
 
 }  // namespace
+
+void add_scan_options(nlohmann::ordered_json& j, const ScanOptions& o) {
+  j["field"] = o.field.empty() ? Json() : Json(o.field);
+  j["symmetry"] = o.symmetry;
+  j["smoothing"] = o.smoothing ? Json(*o.smoothing) : Json("auto");
+  j["curl_correction"] = o.curl_correction;
+  j["energy"] = o.energy == Energy::kEdge ? "edge" : "triangle";
+  j["solver"] = o.solver == SolverKind::kNested ? "nested" : "reference";
+  j["newton_steps"] = o.newton_steps;
+  j["position_bits"] = o.position_bits;
+  j["tile_size"] = o.tile_size;
+  j["merge_vertices"] = o.merge_vertices;
+  j["drop_components"] = o.drop_components;
+  j["fill_holes"] = o.fill_holes;
+}
 
 nlohmann::ordered_json run_head(const RunRecord& r) {
   Json j;

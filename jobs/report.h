@@ -88,6 +88,8 @@ struct RemeshReport : RunRecord {
   std::vector<Finished> outputs;
 };
 
+/// Options that all jobs on one scan share, into the report's `options`.
+void add_scan_options(nlohmann::ordered_json& options, const ScanOptions& o);
 /// What begins the report of any run: rattan, input; and what ends it: stages, solver and the rest.
 nlohmann::ordered_json run_head(const RunRecord& record);
 void add_run(nlohmann::ordered_json& report, const RunRecord& record);

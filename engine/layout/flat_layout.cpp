@@ -214,6 +214,19 @@ void relax_once(Store& store, const ScanMesh& mesh, const ChartLayout& layout,
 
 }  // namespace
 
+FlatCounts& FlatCounts::operator+=(const FlatCounts& o) {
+  charts += o.charts;
+  quads += o.quads;
+  unfolded += o.unfolded;
+  flattened += o.flattened;
+  split += o.split;
+  singular += o.singular;
+  bounded += o.bounded;
+  nudged += o.nudged;
+  thin += o.thin;
+  return *this;
+}
+
 FlatLayout flatten_layout(Store& store, const ScanMesh& mesh, const ChartLayout& layout,
                           double omega, int relax, TaskGraph& tasks, DistortionSums& sums) {
   const ChartGraph& g = layout.graph;
@@ -263,16 +276,7 @@ FlatLayout flatten_layout(Store& store, const ScanMesh& mesh, const ChartLayout&
       [&](TileId tile, State& s) {
         write(store, kFlat, tile, std::span<const char>(s.packed));
         TileFigures& f = s.figures;
-        FlatCounts& n = out.counts;
-        n.charts += f.counts.charts;
-        n.quads += f.counts.quads;
-        n.unfolded += f.counts.unfolded;
-        n.flattened += f.counts.flattened;
-        n.split += f.counts.split;
-        n.singular += f.counts.singular;
-        n.bounded += f.counts.bounded;
-        n.nudged += f.counts.nudged;
-        n.thin += f.counts.thin;
+        out.counts += f.counts;
         for (const std::uint32_t parts : f.parts) {
           out.part_begin.push_back(out.part_begin.back() + parts);
         }

@@ -28,6 +28,8 @@ struct FlatCounts {
   std::uint32_t bounded = 0;    ///< not singular, parameterized anew, at the scan's boundary
   std::uint64_t nudged = 0;     ///< texture vertices moved a little so that no triangle is thin
   std::uint64_t thin = 0;       ///< triangles thinner than the floor all the same
+
+  FlatCounts& operator+=(const FlatCounts& o);
 };
 
 /// What is known of the parameterized charts, in memory: of output size.

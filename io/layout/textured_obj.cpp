@@ -8,6 +8,7 @@
 #include "io/file/byte_source.h"
 #include "io/file/text_numbers.h"
 #include "io/layout/textured_faces.h"
+#include "io/scan/obj_statements.h"
 #include "io/scan/scan_blocks.h"
 
 namespace rattan {
@@ -22,7 +23,7 @@ class TexturedObjReader {
 
   std::vector<Material> read() {
     std::string_view line;
-    while (next_statement(line)) {
+    while (statements_.next(line)) {
       TextLine words(line);
       const std::string_view keyword = words.word();
       if (keyword == "v") {
@@ -47,30 +48,6 @@ class TexturedObjReader {
   }
 
  private:
-  bool next_statement(std::string_view& line) {
-    if (!source_.next_line(line)) {
-      return false;
-    }
-    if (line.empty() || line.back() != '\\') {
-      return true;
-    }
-    joined_.clear();
-    do {
-      joined_.append(line.substr(0, line.size() - 1));
-      joined_ += ' ';
-      if (joined_.size() > kMaxStatement) {
-        source_.fail_at_line("a continued statement is longer than 16 MiB", kRepair);
-      }
-      if (!source_.next_line(line)) {
-        line = {};
-        break;
-      }
-    } while (!line.empty() && line.back() == '\\');
-    joined_.append(line);
-    line = joined_;
-    return true;
-  }
-
   static std::string_view rest_of(std::string_view line, std::string_view keyword) {
     line.remove_prefix(static_cast<std::size_t>(keyword.end() - line.begin()));
     const std::size_t begin = line.find_first_not_of(" \t");
@@ -164,11 +141,10 @@ class TexturedObjReader {
     }
   }
 
-  static constexpr std::size_t kMaxStatement = std::size_t{16} << 20;
   ScanFileInfo info_;
   ByteSource source_;
   TexturedFaceSink& sink_;
-  std::string joined_;
+  ObjStatements statements_{source_, kRepair};
   std::uint64_t vertices_ = 0;
   std::uint64_t texture_vertices_ = 0;
   std::uint32_t current_ = kNoMaterial;

@@ -3,6 +3,7 @@
 
 #include "engine/core/errors.h"
 #include "io/file/text_numbers.h"
+#include "io/scan/obj_statements.h"
 #include "io/scan/scan_parsers.h"
 
 namespace rattan {
@@ -14,7 +15,7 @@ class ObjReader {
 
   void read() {
     std::string_view line;
-    while (next_statement(line)) {
+    while (statements_.next(line)) {
       const std::size_t begin = line.find_first_not_of(" \t");
       if (begin == std::string_view::npos || begin + 1 >= line.size()) {
         continue;
@@ -50,32 +51,6 @@ class ObjReader {
   }
 
  private:
-  // A line, joined with those that follow a backslash at its end.
-  bool next_statement(std::string_view& line) {
-    if (!source_.next_line(line)) {
-      return false;
-    }
-    if (line.empty() || line.back() != '\\') {
-      return true;
-    }
-    joined_.clear();
-    do {
-      joined_.append(line.substr(0, line.size() - 1));
-      joined_ += ' ';
-      if (joined_.size() > kMaxStatement) {
-        source_.fail_at_line("a continued statement is longer than 16 MiB",
-                             "Check that this is an OBJ file");
-      }
-      if (!source_.next_line(line)) {
-        line = {};
-        break;
-      }
-    } while (!line.empty() && line.back() == '\\');
-    joined_.append(line);
-    line = joined_;
-    return true;
-  }
-
   void read_vertex(std::string_view rest) {
     TextLine words(rest);
     double p[3];
@@ -149,10 +124,9 @@ class ObjReader {
   }
 
   enum class Coloured { kUnknown, kYes, kNo };
-  static constexpr std::size_t kMaxStatement = std::size_t{16} << 20;
   ByteSource& source_;
   ScanBlocks& blocks_;
-  std::string joined_;
+  ObjStatements statements_{source_, "Check that this is an OBJ file"};
   std::uint64_t highest_ = 0;  // of the references ahead of their vertex
   std::uint64_t highest_line_ = 0;
   std::uint64_t lines_ = 0;

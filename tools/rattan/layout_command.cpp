@@ -1,21 +1,16 @@
 // SPDX-License-Identifier: MIT
-#include <cstdlib>
+#include <algorithm>
 #include <memory>
 #include <string>
 
 #include <fmt/format.h>
-#include <oneapi/tbb/task_arena.h>
 
-#include "engine/core/errors.h"
 #include "jobs/layout_job.h"
-#include "jobs/memory_share.h"
 #include "jobs/remesh_plan.h"
 #include "tools/manual/option_table.h"
 #include "tools/rattan/commands.h"
-#include "tools/rattan/console.h"
-#include "tools/rattan/exit_code.h"
-#include "tools/rattan/interruption.h"
 #include "tools/rattan/scan_arguments.h"
+#include "tools/rattan/scan_run.h"
 
 namespace rattan {
 
@@ -24,9 +19,7 @@ namespace {
 struct Arguments {
   LayoutOptions options;
   double smoothing = 0.0;
-  bool quiet = false;
-  bool verbose = false;
-  bool dry_run = false;
+  RunFlags flags;
 };
 
 void add_layout_options(CLI::App& command, LayoutOptions& o) {
@@ -53,76 +46,24 @@ void add_layout_options(CLI::App& command, LayoutOptions& o) {
       ->group("Charts");
 }
 
-int plan_logged(const LayoutOptions& options, JsonLog& log) {
-  const RemeshPlan plan = plan_layout(options, log);
-  log.plan(plan);
-  if (!plan.fits()) {
-    log.error("Memory or disk will not do.", kExitResource);
-    return kExitResource;
-  }
-  log.end(kExitDone);
-  return kExitDone;
-}
-
-int run_logged(LayoutOptions options, JsonLog& log) {
-  // What is left to the machine is told, too.
-  options.memory = options.memory > 0 ? options.memory : default_memory_share();
-  options.threads =
-      options.threads > 0 ? options.threads : oneapi::tbb::this_task_arena::max_concurrency();
-  {
-    Interruption interruption([&](Interruption::Moment moment, const char* sentence) {
-      if (moment == Interruption::Moment::kStopping) {
-        log.stopping(sentence);
-      } else {
-        log.error(sentence, kExitInterrupted);
-      }
-    });
-    log.start(options);
-    layout_scan(options, log, {interruption.soon(), interruption.now()}, &log);
-  }
-  log.end(kExitDone);
-  return kExitDone;
+void say(const LayoutReport& report) {
+  const FlatCounts& c = report.charts;
+  fmt::print("{}: {} charts, {:.1f} % of them parameterized anew, {} bytes, {:.1f} s\n",
+             report.output.path, c.charts,
+             100.0 * (c.flattened + c.split) / std::max(1.0, static_cast<double>(c.charts)),
+             report.output.bytes, report.seconds);
+  fmt::print("{}: base complex of {} quads\n", report.base.path, report.base.quads);
 }
 
 int run(const Arguments& args, JsonLog* log) {
   LayoutOptions o = args.options;
   if (log != nullptr) {
     log->set_scan(o.scan);
-    log->set_quiet(args.quiet);
   }
   if (args.smoothing > 0.0) {
     o.smoothing = args.smoothing;
   }
-  if (const char* seconds = std::getenv("RATTAN_CHECKPOINT_SECONDS")) {
-    o.checkpoint_seconds = std::strtod(seconds, nullptr);
-  }
-  const Verbosity verbosity = args.quiet     ? Verbosity::kQuiet
-                              : args.verbose ? Verbosity::kVerbose
-                                             : Verbosity::kNormal;
-  if (log != nullptr) {
-    return args.dry_run ? plan_logged(o, *log) : run_logged(o, *log);
-  }
-  if (args.dry_run) {
-    Console console(verbosity);
-    const RemeshPlan plan = plan_layout(o, console);
-    fmt::print("{}", describe(plan));
-    return plan.fits() ? kExitDone : kExitResource;
-  }
-  LayoutReport report;
-  {
-    Interruption interruption;
-    Console console(verbosity);
-    report = layout_scan(o, console, {interruption.soon(), interruption.now()});
-  }
-  if (verbosity != Verbosity::kQuiet) {
-    const FlatCounts& c = report.charts;
-    fmt::print("{}: {} charts, {:.1f} % of them parameterized anew, {} bytes, {:.1f} s\n",
-               report.output.path, c.charts,
-               100.0 * (c.flattened + c.split) / std::max(1.0, static_cast<double>(c.charts)),
-               report.output.bytes, report.seconds);
-    fmt::print("{}: base complex of {} quads\n", report.base.path, report.base.quads);
-  }
-  return kExitDone;
+  return run_scan(o, args.flags, log, plan_layout, layout_scan, say);
 }
 
 }  // namespace
@@ -146,21 +87,10 @@ void add_layout_command(CLI::App& app, Action& action, JsonLog* log) {
   add_solver_options(*command, o);
   add_position_bits_option(*command, o);
   add_resource_options(*command, o);
-  command->add_flag("--fresh", o.fresh, "start anew, whatever an earlier run left in that folder")
-      ->group("Run");
-  command
-      ->add_flag("--dry-run", args->dry_run,
-                 "read the scan, print what the run would take, and stop")
-      ->group("Run");
-  add_log_format_option(*command);
-  command->add_option("--report", o.report, "write a JSON report")->type_name("FILE")->group("Run");
   command->add_option("--preview", o.preview, "write a PNG: scan, field, iso-lines, charts, base")
       ->type_name("FILE")
       ->group("Run");
-  auto* quiet = command->add_flag("--quiet", args->quiet, "only warnings and errors")->group("Run");
-  command->add_flag("--verbose", args->verbose, "a line for every stage")
-      ->excludes(quiet)
-      ->group("Run");
+  add_process_options(*command, o, args->flags);
   command->callback([args, &action, log] { action = [args, log] { return run(*args, log); }; });
 }
 

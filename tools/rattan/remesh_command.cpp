@@ -1,23 +1,19 @@
 // SPDX-License-Identifier: MIT
 #include <cstdint>
-#include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <string>
 #include <system_error>
 
 #include <fmt/format.h>
-#include <oneapi/tbb/task_arena.h>
 
 #include "engine/core/resident_memory.h"
 #include "jobs/memory_share.h"
 #include "jobs/remesh_job.h"
 #include "jobs/remesh_plan.h"
 #include "tools/rattan/commands.h"
-#include "tools/rattan/console.h"
-#include "tools/rattan/exit_code.h"
-#include "tools/rattan/interruption.h"
 #include "tools/rattan/remesh_arguments.h"
+#include "tools/rattan/scan_run.h"
 
 namespace rattan {
 
@@ -25,41 +21,8 @@ namespace {
 
 struct Arguments {
   RemeshArguments remesh;
-  bool quiet = false;
-  bool verbose = false;
-  bool dry_run = false;
+  RunFlags flags;
 };
-
-// Of this command alone: a batch decides them for its runs.
-void add_process_options(CLI::App& command, Arguments& args) {
-  RemeshOptions& o = args.remesh.options;
-  command.add_flag("--fresh", o.fresh, "start anew, whatever an earlier run left in that folder")
-      ->group("Run");
-  command
-      .add_flag("--dry-run", args.dry_run, "read the scan, print what the run would take, and stop")
-      ->group("Run");
-  command.add_option("--report", o.report, "write a JSON report")->type_name("FILE")->group("Run");
-  add_log_format_option(command);
-  // For the report of a batch, so not on the help screen.
-  command.add_option("--thumbnail", o.thumbnail, "write a small PNG of the remesh")->group("");
-  command.add_option("--viewer", o.viewer, "write the remesh as a script, for a 3D view")
-      ->group("");
-  auto* quiet = command.add_flag("--quiet", args.quiet, "only warnings and errors")->group("Run");
-  command.add_flag("--verbose", args.verbose, "a line for every stage")
-      ->excludes(quiet)
-      ->group("Run");
-}
-
-int plan_logged(const RemeshOptions& options, JsonLog& log) {
-  const RemeshPlan plan = plan_remesh(options, log);
-  log.plan(plan);
-  if (!plan.fits()) {
-    log.error("Memory or disk will not do.", kExitResource);
-    return kExitResource;
-  }
-  log.end(kExitDone);
-  return kExitDone;
-}
 
 /// Whether the scan, from the bytes of its file, takes at most half of the memory it may, and a
 /// second or so: later the allocator gives pages back, which large ones suffer from. Files that are
@@ -79,66 +42,25 @@ bool small(const RemeshOptions& options) {
   return !error && bytes <= kMostBytes && 2 * (kProgramBytes + kBytesPerFileByte * bytes) <= memory;
 }
 
-int run_logged(RemeshOptions options, JsonLog& log) {
-  // What is left to the machine is told, too.
-  options.memory = options.memory > 0 ? options.memory : default_memory_share();
-  options.threads =
-      options.threads > 0 ? options.threads : oneapi::tbb::this_task_arena::max_concurrency();
-  {
-    Interruption interruption([&](Interruption::Moment moment, const char* sentence) {
-      if (moment == Interruption::Moment::kStopping) {
-        log.stopping(sentence);
-      } else {
-        log.error(sentence, kExitInterrupted);
-      }
-    });
-    log.start(options);
-    remesh_scan(options, log, {interruption.soon(), interruption.now()}, &log);
+void say(const RemeshReport& report) {
+  for (const auto& [output, singularities, distance, shared_with] : report.outputs) {
+    fmt::print("{}: {} faces, {:.1f} % quads, {} bytes, {:.1f} s\n", output.path, output.faces,
+               output.faces == 0
+                   ? 0.0
+                   : 100.0 * static_cast<double>(output.quads) / static_cast<double>(output.faces),
+               output.bytes, report.seconds);
   }
-  log.end(kExitDone);
-  return kExitDone;
 }
 
 int run(const Arguments& args, JsonLog* log) {
   if (log != nullptr) {
     log->set_scan(args.remesh.options.scan);
   }
-  RemeshOptions o = args.remesh.resolve();
-  if (const char* seconds = std::getenv("RATTAN_CHECKPOINT_SECONDS")) {
-    o.checkpoint_seconds = std::strtod(seconds, nullptr);
-  }
-  const Verbosity verbosity = args.quiet     ? Verbosity::kQuiet
-                              : args.verbose ? Verbosity::kVerbose
-                                             : Verbosity::kNormal;
-  if (!args.dry_run && small(o)) {
+  const RemeshOptions o = args.remesh.resolve();
+  if (!args.flags.dry_run && small(o)) {
     prefer_large_pages();
   }
-  if (log != nullptr) {
-    log->set_quiet(args.quiet);
-    return args.dry_run ? plan_logged(o, *log) : run_logged(o, *log);
-  }
-  if (args.dry_run) {
-    Console console(verbosity);
-    const RemeshPlan plan = plan_remesh(o, console);
-    fmt::print("{}", describe(plan));
-    return plan.fits() ? kExitDone : kExitResource;
-  }
-  RemeshReport report;
-  {
-    Interruption interruption;
-    Console console(verbosity);
-    report = remesh_scan(o, console, {interruption.soon(), interruption.now()});
-  }
-  if (verbosity != Verbosity::kQuiet) {
-    for (const auto& [output, singularities, distance, shared_with] : report.outputs) {
-      fmt::print("{}: {} faces, {:.1f} % quads, {} bytes, {:.1f} s\n", output.path, output.faces,
-                 output.faces == 0 ? 0.0
-                                   : 100.0 * static_cast<double>(output.quads) /
-                                         static_cast<double>(output.faces),
-                 output.bytes, report.seconds);
-    }
-  }
-  return 0;
+  return run_scan(o, args.flags, log, plan_remesh, remesh_scan, say);
 }
 
 }  // namespace
@@ -160,7 +82,15 @@ void add_remesh_command(CLI::App& app, Action& action, JsonLog* log) {
       ->required();
   add_scan_options(*command, args->remesh);
   add_run_options(*command, args->remesh);
-  add_process_options(*command, *args);
+  // For the report of a batch, so not on the help screen.
+  command
+      ->add_option("--thumbnail", args->remesh.options.thumbnail, "write a small PNG of the remesh")
+      ->group("");
+  command
+      ->add_option("--viewer", args->remesh.options.viewer,
+                   "write the remesh as a script, for a 3D view")
+      ->group("");
+  add_process_options(*command, args->remesh.options, args->flags);
   command->callback([args, &action, log] { action = [args, log] { return run(*args, log); }; });
 }
 
